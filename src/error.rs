@@ -1,0 +1,94 @@
+//! One error type for everything a user can get wrong: it names the place and the remedy.
+
+use std::fmt;
+use std::path::Path;
+
+/// Result with the crate's [`Error`].
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Where in an input the trouble stands; lines and columns count from 1.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Place {
+    /// File name as the user wrote it.
+    pub file: String,
+    /// Line, where the format has lines.
+    pub line: Option<usize>,
+    /// Column (in characters, or the field's number in a table) where it is known.
+    pub column: Option<usize>,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.file)?;
+        if let Some(line) = self.line {
+            write!(f, ":{line}")?;
+            if let Some(column) = self.column {
+                write!(f, ":{column}")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What went wrong, where, and what to do about it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Error {
+    what: String,
+    place: Option<Place>,
+    help: Option<String>,
+}
+
+impl Error {
+    /// A message without a place, for trouble that is not in a file.
+    pub fn new(what: impl Into<String>) -> Self {
+        Self { what: what.into(), place: None, help: None }
+    }
+
+    /// The same error, placed in a file.
+    #[must_use]
+    pub fn in_file(mut self, file: impl AsRef<Path>) -> Self {
+        let place = self.place.get_or_insert_default();
+        place.file = file.as_ref().display().to_string();
+        self
+    }
+
+    /// The same error, placed at a line and column (both from 1).
+    #[must_use]
+    pub fn at(mut self, line: usize, column: usize) -> Self {
+        let place = self.place.get_or_insert_default();
+        (place.line, place.column) = (Some(line), Some(column));
+        self
+    }
+
+    /// The same error, with what the user can do.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// The message without place and help.
+    pub fn message(&self) -> &str {
+        &self.what
+    }
+
+    /// Where it happened, if it has a place.
+    pub fn place(&self) -> Option<&Place> {
+        self.place.as_ref()
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(place) = &self.place {
+            write!(f, "{place}: ")?;
+        }
+        write!(f, "{}", self.what)?;
+        if let Some(help) = &self.help {
+            write!(f, "\n  help: {help}")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Error {}

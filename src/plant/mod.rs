@@ -1,0 +1,1 @@
+//! Simulated robots with their own code path: forward dynamics, controller, sensors.
