@@ -4,6 +4,7 @@ pub mod effects;
 pub mod error;
 pub mod identify;
 pub mod kernels;
+pub mod linalg;
 pub mod log;
 pub mod plant;
 pub mod robot;

@@ -1,0 +1,8 @@
+//! Least squares in constant memory: a triangle that absorbs rows.
+
+mod lanes;
+mod solve;
+mod triangle;
+
+pub use solve::{Solution, condition_number};
+pub use triangle::Triangle;

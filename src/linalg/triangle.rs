@@ -1,0 +1,122 @@
+//! The triangular factor of a tall matrix that is never held: rows come in blocks and are folded in by
+//! Householder reflections (streaming QR, also known as square-root information form).
+
+use super::lanes::{Reflect, WIDTH, dot};
+
+/// Upper-triangular `R` with `RᵀR = AᵀA` for all rows absorbed so far. By custom the last column of `A`
+/// is the right-hand side, so `R` holds everything least squares needs: normal matrix, projection, and
+/// the residual norm in the last diagonal entry.
+///
+/// Unlike the normal equations it keeps the condition number unsquared, and two triangles of different
+/// rows can be merged.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Triangle {
+    columns: usize,
+    /// Column by column, `columns` entries each; zero below the diagonal.
+    r: Vec<f64>,
+    rows: usize,
+}
+
+impl Triangle {
+    /// No rows yet.
+    pub fn new(columns: usize) -> Self {
+        Self { columns, r: vec![0.0; columns * columns], rows: 0 }
+    }
+
+    /// Number of columns, the right-hand side included.
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// Number of rows absorbed, merged triangles included.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Entry of `R` (0 below the diagonal).
+    pub fn at(&self, row: usize, column: usize) -> f64 {
+        self.r[column * self.columns + row]
+    }
+
+    /// Length that a block's columns must be padded to (with zeros) for `rows` rows.
+    pub fn padded(rows: usize) -> usize {
+        rows.next_multiple_of(WIDTH)
+    }
+
+    /// Absorbs `rows` rows given column by column in `block`, each column [`Triangle::padded`] long with
+    /// zeros behind the last row. The block is used as scratch space.
+    ///
+    /// # Panics
+    /// When the block's length is not `columns * padded(rows)`.
+    pub fn absorb(&mut self, block: &mut [f64], rows: usize) {
+        let length = Self::padded(rows);
+        assert_eq!(block.len(), length * self.columns);
+        self.reflect(block, length);
+        self.rows += rows;
+    }
+
+    fn reflect(&mut self, block: &mut [f64], length: usize) {
+        if length == 0 {
+            return;
+        }
+        let n = self.columns;
+        for j in 0..n {
+            let (left, others) = block.split_at_mut((j + 1) * length);
+            let pivot = &left[j * length..];
+            let below = dot(pivot, pivot);
+            if below > 0.0 {
+                let alpha = self.r[j * n + j];
+                let norm = (alpha * alpha + below).sqrt();
+                let beta = if alpha > 0.0 { -norm } else { norm };
+                let head = alpha - beta;
+                let mut tops: Vec<f64> = (j + 1..n).map(|k| self.r[k * n + j]).collect();
+                let over_both = 1.0 / (beta * head);
+                Reflect { pivot, others, tops: &mut tops, head, over_beta: 1.0 / beta, over_both }.run();
+                for (k, top) in (j + 1..n).zip(tops) {
+                    self.r[k * n + j] = top;
+                }
+                self.r[j * n + j] = beta;
+            }
+        }
+    }
+
+    /// Absorbs another triangle whose columns stand at `places` here, its rows scaled by `weight`.
+    ///
+    /// # Panics
+    /// When `places` has not one entry per column of `other`.
+    pub fn merge(&mut self, other: &Triangle, places: &[usize], weight: f64) {
+        assert_eq!(places.len(), other.columns);
+        let length = Self::padded(other.columns);
+        let mut block = vec![0.0; length * self.columns];
+        for (from, &to) in places.iter().enumerate() {
+            for row in 0..=from {
+                block[to * length + row] = weight * other.at(row, from);
+            }
+        }
+        self.reflect(&mut block, length);
+        self.rows += other.rows;
+    }
+
+    /// Absorbs another triangle with the same columns.
+    pub fn merge_same(&mut self, other: &Triangle) {
+        let places: Vec<usize> = (0..self.columns).collect();
+        self.merge(other, &places, 1.0);
+    }
+
+    /// Sum of squares of `A x` over all rows, with `x` of one entry per column (`-1` or `1` in the last
+    /// gives a residual).
+    pub fn squares(&self, x: &[f64]) -> f64 {
+        let n = self.columns;
+        (0..n)
+            .map(|i| {
+                let sum: f64 = (i..n).map(|j| self.at(i, j) * x[j]).sum();
+                sum * sum
+            })
+            .sum()
+    }
+
+    /// Sum of squares of one column.
+    pub fn column_squares(&self, column: usize) -> f64 {
+        (0..=column).map(|i| self.at(i, column) * self.at(i, column)).sum()
+    }
+}
