@@ -6,6 +6,7 @@ pub mod identify;
 pub mod kernels;
 pub mod linalg;
 pub mod log;
+pub mod model;
 pub mod plant;
 pub mod robot;
 pub mod signals;

@@ -1,1 +1,5 @@
 //! Identification.
+
+mod base;
+
+pub use base::{BaseParameters, parameter_name};

@@ -74,6 +74,16 @@ impl RegressorBlock {
         self.rows
     }
 
+    /// Number of samples it has room for.
+    pub fn capacity(&self) -> usize {
+        self.capacity
+    }
+
+    /// Number of stacked parameters (10 per link).
+    pub fn parameters(&self) -> usize {
+        self.parameters
+    }
+
     /// Column of `parameter` (stacked index) in the rows of `joint`; `None` where it is zero throughout.
     pub fn column(&self, joint: usize, parameter: usize) -> Option<&[f64]> {
         debug_assert!(parameter < self.parameters);

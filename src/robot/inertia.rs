@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Matrix4, Vector3};
 
 use super::{PARAMETERS_PER_LINK, Pose};
 
-/// Symbols of the ten parameters, in order; the link's number follows the first letter (`J2xy`, `mx3`).
+/// Symbols of the ten parameters, in order; the link's number follows (`Jxy2`, `mx3`).
 pub const PARAMETER_NAMES: [&str; PARAMETERS_PER_LINK] =
     ["m", "mx", "my", "mz", "Jxx", "Jxy", "Jxz", "Jyy", "Jyz", "Jzz"];
 

@@ -1,0 +1,67 @@
+use serde::{Deserialize, Serialize};
+
+use super::{About, Columns, Effect, Joints, Stretch, Term};
+use crate::error::Result;
+use crate::robot::Robot;
+
+/// Coulomb friction (the second term of Gaz et al. 2019, eq. 24).
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CoulombFriction {
+    /// Joints it acts on.
+    pub joints: Joints,
+    /// Width of the smoothed sign `tanh(dq / width)` [rad/s]; 0 is the hard sign.
+    pub width: f64,
+}
+
+impl CoulombFriction {
+    /// See [`About`].
+    pub const ABOUT: About = About {
+        name: "coulomb_friction",
+        title: "friction of constant size against the motion",
+        text: "Changes sign with the velocity and keeps its size: a step in the residual at every reversal.",
+        equation: "tau_j = fc_j sign(dq_j), or fc_j tanh(dq_j / width) with a width",
+        parameters: &[("fc", "N m", "Coulomb level")],
+        confused_with: "stribeck_friction (more near zero speed), sigmoid_friction (no jump at zero)",
+    };
+}
+
+#[typetag::serde(name = "coulomb_friction")]
+impl Effect for CoulombFriction {
+    fn about(&self) -> About {
+        Self::ABOUT
+    }
+
+    fn terms(&self, robot: &Robot) -> Result<Vec<Term>> {
+        self.joints.terms(robot, "fc", "N m")
+    }
+
+    fn columns(&self, at: &Stretch<'_>, out: &mut Columns<'_>) -> Result<()> {
+        for (term, joint) in self.joints.indices(at.robot)?.into_iter().enumerate() {
+            let step = |v: f64| sign(v, self.width);
+            out.column(term, joint, |slot| {
+                for (y, &v) in slot.iter_mut().zip(at.dq(joint)) {
+                    *y = step(v);
+                }
+            });
+        }
+        Ok(())
+    }
+
+    fn boxed(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}
+
+/// Hard sign (0 at 0), or its smooth form.
+fn sign(v: f64, width: f64) -> f64 {
+    if width > 0.0 {
+        libm::tanh(v / width)
+    } else if v > 0.0 {
+        1.0
+    } else if v < 0.0 {
+        -1.0
+    } else {
+        0.0
+    }
+}
