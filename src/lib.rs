@@ -2,6 +2,7 @@
 
 pub mod effects;
 pub mod error;
+pub mod excitation;
 pub mod identify;
 pub mod kernels;
 pub mod linalg;

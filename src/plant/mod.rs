@@ -1,1 +1,111 @@
-//! Simulated robots with their own code path: forward dynamics, controller, sensors.
+//! Simulated robots with their own code path: forward dynamics, joint physics, a controller, sensors.
+//!
+//! Measurements made here do not come from the equations that are later fitted to them: motion follows from
+//! torques by articulated bodies ([`ForwardDynamics`]), friction is the plant's own ([`PlantEffect`]), and
+//! the torque is what a controller applied to follow a [`Motion`].
+
+mod articulated;
+mod controller;
+mod effect;
+mod friction;
+mod integrate;
+mod kinematics;
+mod per_joint;
+mod sensors;
+mod simulation;
+mod survey;
+pub mod toys;
+mod world;
+
+pub use articulated::ForwardDynamics;
+pub use controller::{Controller, Gains};
+pub use effect::{Moment, PlantEffect};
+pub use friction::{CoulombFriction, RotorInertia, SigmoidFriction, TorqueOffset, ViscousFriction};
+pub use integrate::RungeKutta4;
+pub use kinematics::Kinematics;
+pub use per_joint::PerJoint;
+pub use sensors::{Reader, Sensors};
+pub use simulation::{Row, Simulation, Truth};
+pub use world::{Energy, WorldFrame};
+
+use crate::error::{Error, Result};
+use crate::excitation::Motion;
+use crate::robot::Robot;
+
+/// A robot as it "really" is, with everything an experiment needs.
+#[derive(Debug)]
+pub struct Plant {
+    /// Its kinematics and gravity.
+    pub robot: Robot,
+    /// Its true inertial parameters, ten per link, link by link.
+    pub parameters: Vec<f64>,
+    /// What acts in its joints beside rigid bodies.
+    pub effects: Vec<Box<dyn PlantEffect>>,
+    /// What makes it move.
+    pub controller: Controller,
+    /// What is measured.
+    pub sensors: Sensors,
+    /// Integration steps between two samples; by default as many as the stiffness of the plant asks for.
+    pub sub_steps: Option<usize>,
+}
+
+impl Plant {
+    /// `robot` with its own inertias, without friction, with the default controller and perfect sensors.
+    ///
+    /// # Errors
+    /// When a link has no inertia.
+    pub fn new(robot: Robot) -> Result<Self> {
+        let parameters = robot.inertial_parameters()?;
+        Ok(Self::with_parameters(robot, parameters))
+    }
+
+    /// `robot` with other inertial parameters (ten per link); otherwise like [`Plant::new`].
+    pub fn with_parameters(robot: Robot, parameters: Vec<f64>) -> Self {
+        let (controller, sensors) = (Controller::default(), Sensors::default());
+        Self { robot, parameters, effects: vec![], controller, sensors, sub_steps: None }
+    }
+
+    /// The same plant with one more effect.
+    #[must_use]
+    pub fn with_effect(mut self, effect: impl PlantEffect + 'static) -> Self {
+        self.effects.push(Box::new(effect));
+        self
+    }
+
+    /// The same plant with other sensors.
+    #[must_use]
+    pub fn with_sensors(mut self, sensors: Sensors) -> Self {
+        self.sensors = sensors;
+        self
+    }
+
+    /// Lets the controller follow the first `duration` seconds of `motion`, starting on it, and records.
+    ///
+    /// The same plant, motion and seed give the same bits; the seed decides on noise alone.
+    ///
+    /// # Errors
+    /// When settings do not fit the robot, the plant is too stiff for its sampling time, or the simulation
+    /// diverges (the message says when).
+    pub fn simulate(&self, motion: &dyn Motion, duration: f64, seed: u64) -> Result<Simulation> {
+        self.check(motion, duration)?;
+        simulation::run(self, motion, duration, seed)
+    }
+
+    fn check(&self, motion: &dyn Motion, duration: f64) -> Result<()> {
+        let n = self.robot.dof();
+        if motion.dof() != n {
+            return Err(Error::new(format!("a motion of {} joints for a robot of {n}", motion.dof()))
+                .help("give a motion with one entry per movable joint"));
+        }
+        if !(duration.is_finite() && duration > 0.0) {
+            return Err(Error::new(format!("a simulation of {duration} s")).help("give a positive duration"));
+        }
+        if self.sub_steps == Some(0) {
+            return Err(Error::new("no integration steps between two samples")
+                .help("give at least one in `sub_steps`, or leave it out"));
+        }
+        self.effects.iter().try_for_each(|effect| effect.check(n))?;
+        self.controller.check(n)?;
+        self.sensors.check(n)
+    }
+}
