@@ -8,8 +8,15 @@ pub mod kernels;
 pub mod linalg;
 pub mod log;
 pub mod model;
+pub mod model_file;
 pub mod plant;
+pub mod predict;
+mod random;
+pub mod report;
 pub mod robot;
+pub mod scenario;
 pub mod signals;
+pub mod study;
+pub mod text;
 
 pub use error::{Error, Result};

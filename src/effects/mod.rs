@@ -14,6 +14,7 @@ mod viscous_friction;
 pub use coulomb_friction::CoulombFriction;
 pub use joints::Joints;
 pub use rigid_body::RigidBody;
+pub(crate) use sigmoid_friction::logistic;
 pub use sigmoid_friction::{SigmoidFriction, SigmoidParameters};
 pub use torque_offset::TorqueOffset;
 pub use viscous_friction::ViscousFriction;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::random::Stream;
+use crate::random::Stream;
 use crate::error::{Error, Result};
 use crate::robot::{Joint, JointKind, Robot};
 

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use serde::{Deserialize, Serialize};
 
-use super::random::Stream;
+use crate::random::Stream;
 use super::{Motion, all_finite, position_range, positive_duration};
 use crate::error::{Error, Result};
 use crate::robot::{Joint, Robot};

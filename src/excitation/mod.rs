@@ -6,7 +6,6 @@ mod configurations;
 mod fourier;
 mod panda;
 mod ramped;
-pub(crate) mod random;
 mod sinusoidal;
 
 pub use configurations::{position_range, random_configurations};

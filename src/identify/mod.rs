@@ -1,5 +1,18 @@
-//! Identification.
+//! Identification: base parameters, least squares, uncertainty, the paper's two ways.
 
 mod base;
+mod evidence;
+mod fit;
+mod friction;
+mod levenberg;
+mod rows;
+mod statics;
+mod uncertainty;
 
 pub use base::{BaseParameters, parameter_name};
+pub use evidence::{Evidence, RowWeight};
+pub use fit::{ErrorSums, Errors, Fit, Weighting, errors, fit, fit_huber, held_out, with_robust_sd};
+pub use friction::{Search, SigmoidFit, fit_sigmoid};
+pub use rows::{RowView, over_rows};
+pub use statics::{StaticFit, relative_deviations};
+pub use uncertainty::{BANDWIDTH_S, score_variance};

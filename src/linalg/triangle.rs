@@ -80,15 +80,17 @@ impl Triangle {
         }
     }
 
-    /// Absorbs another triangle whose columns stand at `places` here, its rows scaled by `weight`.
+    /// Absorbs another triangle with its rows scaled by `weight`: column `i` of `other` goes to `places[i]`,
+    /// or nowhere (its parameter is then taken as zero).
     ///
     /// # Panics
     /// When `places` has not one entry per column of `other`.
-    pub fn merge(&mut self, other: &Triangle, places: &[usize], weight: f64) {
+    pub fn merge(&mut self, other: &Triangle, places: &[Option<usize>], weight: f64) {
         assert_eq!(places.len(), other.columns);
         let length = Self::padded(other.columns);
         let mut block = vec![0.0; length * self.columns];
-        for (from, &to) in places.iter().enumerate() {
+        for (from, to) in places.iter().enumerate() {
+            let Some(to) = to else { continue };
             for row in 0..=from {
                 block[to * length + row] = weight * other.at(row, from);
             }
@@ -99,7 +101,7 @@ impl Triangle {
 
     /// Absorbs another triangle with the same columns.
     pub fn merge_same(&mut self, other: &Triangle) {
-        let places: Vec<usize> = (0..self.columns).collect();
+        let places: Vec<_> = (0..self.columns).map(Some).collect();
         self.merge(other, &places, 1.0);
     }
 
@@ -118,5 +120,14 @@ impl Triangle {
     /// Sum of squares of one column.
     pub fn column_squares(&self, column: usize) -> f64 {
         (0..=column).map(|i| self.at(i, column) * self.at(i, column)).sum()
+    }
+
+    /// Columns (the last excluded) that depend on those before them, or are zero.
+    pub fn dependent_columns(&self) -> Vec<usize> {
+        let depends = |j: &usize| {
+            let size = self.column_squares(*j).sqrt();
+            size <= 0.0 || self.at(*j, *j).abs() <= 1e-9 * size
+        };
+        (0..self.columns - 1).filter(depends).collect()
     }
 }

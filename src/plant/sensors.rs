@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::per_joint::PerJoint;
 use super::{Truth, simulation::Row};
 use crate::error::{Error, Result};
-use crate::excitation::random::Stream;
+use crate::random::Stream;
 use crate::log::Log;
 
 /// The robot's sensors, sampled on one regular clock, and who reads them.

@@ -1,0 +1,271 @@
+//! Least squares: ordinary, weighted per joint, robust; in sample and held out.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+use crate::linalg::{Solution, Triangle, condition_number};
+use crate::model::Model;
+use crate::signals::{Folds, Run};
+
+use super::evidence::{Evidence, residual_squares};
+use super::uncertainty::score_variance;
+
+/// How rows are weighed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Weighting {
+    /// Every row alike (ordinary least squares, eq. 8 of Gaz et al. 2019).
+    #[default]
+    Ordinary,
+    /// The rows of a joint by one over its residual rms, iterated.
+    Joint,
+    /// Per-joint weights, and rows with large residuals count less (Huber 1964).
+    Huber,
+}
+
+/// Rounds of re-weighting by residual rms.
+const JOINT_ROUNDS: usize = 3;
+/// Rounds of robust re-weighting at most.
+const HUBER_ROUNDS: usize = 20;
+/// Residuals beyond this many standard deviations count less; 95 % efficient for Gaussian noise.
+const HUBER_BEND: f64 = 1.345;
+
+/// A fitted model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fit {
+    /// One value per column of the model; 0 for columns that were left out.
+    pub x: Vec<f64>,
+    /// Standard deviations for white residuals.
+    pub classical_sd: Vec<f64>,
+    /// Standard deviations that allow for autocorrelation; empty when not asked for.
+    pub robust_sd: Vec<f64>,
+    /// Columns that this motion does not excite, left at 0.
+    pub unexcited: Vec<usize>,
+    /// Weight of each joint's rows.
+    pub weights: Vec<f64>,
+    /// In-sample errors.
+    pub errors: Errors,
+    /// Condition number of the whole regressor in SI units, unscaled.
+    pub condition_number: f64,
+    /// Number of scalar rows (samples x joints).
+    pub rows: usize,
+}
+
+/// Errors per joint and over all joints.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Errors {
+    /// Root mean square of the torque, per joint [N m, N].
+    pub torque_rms: Vec<f64>,
+    /// Root mean square of the residual, per joint [N m, N].
+    pub rms: Vec<f64>,
+    /// `100 |residual| / |torque|` per joint (Sousa and Cortesão 2014, eq. 84).
+    pub relative_percent: Vec<f64>,
+    /// The same over all rows of all joints.
+    pub pooled_percent: f64,
+    /// Whether a constant would have predicted the joint better.
+    pub worse_than_constant: Vec<bool>,
+}
+
+impl Errors {
+    /// From sums over rows: residual squares, torque squares, torque sum and rows, per joint.
+    pub fn from_sums(sums: &[ErrorSums]) -> Self {
+        let percent = |r: f64, t: f64| if t > 0.0 { 100.0 * (r / t).sqrt() } else { f64::NAN };
+        let rms = |s: f64, n: usize| (s / n.max(1) as f64).sqrt();
+        let total = |f: fn(&ErrorSums) -> f64| sums.iter().map(f).sum::<f64>();
+        Self {
+            torque_rms: sums.iter().map(|s| rms(s.torque, s.rows)).collect(),
+            rms: sums.iter().map(|s| rms(s.residual, s.rows)).collect(),
+            relative_percent: sums.iter().map(|s| percent(s.residual, s.torque)).collect(),
+            pooled_percent: percent(total(|s| s.residual), total(|s| s.torque)),
+            worse_than_constant: sums.iter().map(ErrorSums::worse_than_constant).collect(),
+        }
+    }
+}
+
+/// Sums over the rows of one joint.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ErrorSums {
+    /// Squared residuals.
+    pub residual: f64,
+    /// Squared torques.
+    pub torque: f64,
+    /// Torques.
+    pub torque_sum: f64,
+    /// Rows.
+    pub rows: usize,
+}
+
+impl ErrorSums {
+    /// Adds one row.
+    pub fn add(&mut self, residual: f64, torque: f64) {
+        self.residual += residual * residual;
+        self.torque += torque * torque;
+        self.torque_sum += torque;
+        self.rows += 1;
+    }
+
+    fn worse_than_constant(&self) -> bool {
+        self.rows > 0 && self.residual > self.torque - self.torque_sum * self.torque_sum / self.rows as f64
+    }
+}
+
+/// Fits all folds together, or all but one.
+///
+/// # Errors
+/// When there are fewer rows than unknowns, or the regressor is singular beyond what dropping unexcited
+/// columns mends.
+pub fn fit(model: &Model, evidence: &Evidence, left_out: Option<usize>, weighting: Weighting) -> Result<Fit> {
+    let triangles = evidence.merged(left_out);
+    let rows: usize = triangles.iter().map(Triangle::rows).sum();
+    let unknowns = model.columns.len();
+    if rows <= unknowns {
+        return Err(Error::new(format!("{rows} rows for {unknowns} unknowns"))
+            .help("record a longer motion, or trim and decimate less (rows should far outnumber unknowns)"));
+    }
+    let mut weights = vec![1.0; triangles.len()];
+    let mut fit = solve(model, &triangles, &weights)?;
+    if weighting != Weighting::Ordinary {
+        for _ in 0..JOINT_ROUNDS {
+            for (w, &rms) in weights.iter_mut().zip(&fit.errors.rms) {
+                *w = if rms > 0.0 { 1.0 / rms } else { 1.0 };
+            }
+            fit = solve(model, &triangles, &weights)?;
+        }
+    }
+    Ok(fit)
+}
+
+/// Robust fit: iteratively re-weighted passes over the data until the parameters settle.
+///
+/// # Errors
+/// As [`fit`], and when an effect cannot be evaluated.
+pub fn fit_huber(model: &Model, runs: &[Run], folds: &Folds, evidence: &Evidence) -> Result<Fit> {
+    let mut best = fit(model, evidence, None, Weighting::Joint)?;
+    let plain = evidence.merged(None);
+    for _ in 0..HUBER_ROUNDS {
+        let scale = best.errors.rms.clone();
+        let weight = |joint: usize, r: f64| (HUBER_BEND * scale[joint] / r.abs()).min(1.0);
+        let weighed = Evidence::collect_weighted(model, runs, folds, &best.x, &weight)?;
+        let mut next = solve(model, &weighed.merged(None), &best.weights)?;
+        next.errors = errors(model, &plain, &next.x);
+        let moved = next.x.iter().zip(&best.x).zip(&next.classical_sd);
+        let settled = moved.fold(0.0_f64, |m, ((a, b), sd)| m.max((a - b).abs() / sd.max(1e-300)));
+        // The scale follows the bulk of the residuals: the weighed rms, not that of the outliers.
+        next.errors.rms = weighed_rms(model, &weighed, &next.x);
+        best = next;
+        if settled < 0.01 {
+            break;
+        }
+    }
+    best.errors = errors(model, &plain, &best.x);
+    Ok(best)
+}
+
+fn weighed_rms(model: &Model, evidence: &Evidence, x: &[f64]) -> Vec<f64> {
+    errors(model, &evidence.merged(None), x).rms
+}
+
+/// Adds robust standard deviations to a fit.
+///
+/// # Errors
+/// When an effect cannot be evaluated.
+pub fn with_robust_sd(model: &Model, runs: &[Run], evidence: &Evidence, mut fit: Fit) -> Result<Fit> {
+    let kept = kept_columns(model, &fit.unexcited);
+    let total = stack(model, &evidence.merged(None), &fit.weights, &kept);
+    let inverse = Solution::new(&total)?.inverse;
+    let scores = score_variance(model, runs, &fit.x, &fit.weights)?.select_columns(&kept).select_rows(&kept);
+    let sandwich = &inverse * scores * &inverse;
+    fit.robust_sd = vec![f64::NAN; model.columns.len()];
+    for (i, &column) in kept.iter().enumerate() {
+        fit.robust_sd[column] = sandwich[(i, i)].max(0.0).sqrt();
+    }
+    Ok(fit)
+}
+
+/// Pooled held-out error: every fold predicted by the fit of all the others.
+///
+/// # Errors
+/// When a fold leaves too few rows to fit.
+pub fn held_out(model: &Model, evidence: &Evidence, weighting: Weighting) -> Result<Errors> {
+    let mut sums = vec![ErrorSums::default(); evidence.joints()];
+    for (fold, triangles) in evidence.triangles.iter().enumerate() {
+        if triangles.iter().all(|t| t.rows() == 0) {
+            continue;
+        }
+        let trained = fit(model, evidence, Some(fold), weighting)?;
+        for (joint, triangle) in triangles.iter().enumerate() {
+            let part = joint_sums(model, joint, triangle, &trained.x);
+            sums[joint].residual += part.residual;
+            sums[joint].torque += part.torque;
+            sums[joint].rows += part.rows;
+        }
+    }
+    let mut errors = Errors::from_sums(&sums);
+    errors.worse_than_constant.clear();
+    Ok(errors)
+}
+
+fn joint_sums(model: &Model, joint: usize, triangle: &Triangle, x: &[f64]) -> ErrorSums {
+    ErrorSums {
+        residual: residual_squares(model, joint, triangle, x),
+        torque: triangle.column_squares(triangle.columns() - 1),
+        torque_sum: f64::NAN,
+        rows: triangle.rows(),
+    }
+}
+
+/// In-sample errors of any parameter vector.
+pub fn errors(model: &Model, triangles: &[Triangle], x: &[f64]) -> Errors {
+    let sums: Vec<_> = triangles.iter().enumerate().map(|(j, t)| joint_sums(model, j, t, x)).collect();
+    let mut errors = Errors::from_sums(&sums);
+    errors.worse_than_constant.clear();
+    errors
+}
+
+fn solve(model: &Model, triangles: &[Triangle], weights: &[f64]) -> Result<Fit> {
+    let p = model.columns.len();
+    let all: Vec<usize> = (0..p).collect();
+    let total = stack(model, triangles, weights, &all);
+    let unexcited = total.dependent_columns();
+    let kept = kept_columns(model, &unexcited);
+    let total = if unexcited.is_empty() { total } else { stack(model, triangles, weights, &kept) };
+    let solution = Solution::new(&total)?;
+    let variance = solution.variance().unwrap_or(f64::NAN);
+    let (mut x, mut classical_sd) = (vec![0.0; p], vec![f64::NAN; p]);
+    for (i, &column) in kept.iter().enumerate() {
+        x[column] = solution.x[i];
+        classical_sd[column] = (variance * solution.inverse[(i, i)]).sqrt();
+    }
+    let unweighted = if weights.iter().all(|w| w.to_bits() == 1.0_f64.to_bits()) {
+        condition_number(&total)
+    } else {
+        condition_number(&stack(model, triangles, &vec![1.0; triangles.len()], &kept))
+    };
+    Ok(Fit {
+        errors: errors(model, triangles, &x),
+        x,
+        classical_sd,
+        robust_sd: Vec::new(),
+        unexcited,
+        weights: weights.to_vec(),
+        condition_number: unweighted,
+        rows: total.rows(),
+    })
+}
+
+fn kept_columns(model: &Model, left_out: &[usize]) -> Vec<usize> {
+    (0..model.columns.len()).filter(|c| !left_out.contains(c)).collect()
+}
+
+/// One triangle over the `kept` columns and the torque, from the joints' triangles.
+fn stack(model: &Model, triangles: &[Triangle], weights: &[f64], kept: &[usize]) -> Triangle {
+    let mut total = Triangle::new(kept.len() + 1);
+    for (joint, triangle) in triangles.iter().enumerate() {
+        let places: Vec<Option<usize>> = model.active[joint]
+            .iter()
+            .map(|c| kept.binary_search(c).ok())
+            .chain(std::iter::once(Some(kept.len())))
+            .collect();
+        total.merge(triangle, &places, weights[joint]);
+    }
+    total
+}

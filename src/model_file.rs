@@ -1,0 +1,122 @@
+//! A finished model as a file: effects, numbers, and how they were found. Written by studies, read by
+//! `compare`, and meant to be read and edited by people.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::effects::Effect;
+use crate::error::{Error, Result};
+use crate::identify::parameter_name;
+use crate::model::Model;
+use crate::robot::Robot;
+use crate::signals::Settings;
+use crate::text;
+
+/// A finished model.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModelFile {
+    /// Version that wrote it.
+    pub lacuna: String,
+    /// Name of the robot.
+    pub robot: String,
+    /// How it was found, for people.
+    pub origin: String,
+    /// The signal step it was fitted with.
+    pub signals: Settings,
+    /// What makes the torque.
+    pub effects: Vec<Box<dyn Effect>>,
+    /// Values; link parameters that are not listed are zero.
+    pub parameters: Vec<ParameterValue>,
+}
+
+/// One number of a model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ParameterValue {
+    /// Symbol: `Jxx2` (a link parameter) or the effect's own (`fc3`).
+    pub symbol: String,
+    /// Value.
+    pub value: f64,
+    /// Unit.
+    pub unit: String,
+    /// Standard error, where known.
+    #[serde(default)]
+    pub standard_error: Option<f64>,
+    /// What the number stands for when it leads a base parameter.
+    #[serde(default)]
+    pub stands_for: Option<String>,
+}
+
+impl ModelFile {
+    /// From a fitted model.
+    pub fn new(model: &Model, x: &[f64], errors: &[f64], signals: Settings, origin: String) -> Self {
+        let value = |(i, column): (usize, &crate::model::Column)| ParameterValue {
+            symbol: column.about.symbol.clone(),
+            value: x[i],
+            unit: column.about.unit.to_string(),
+            standard_error: errors.get(i).copied().filter(|e| e.is_finite()),
+            stands_for: (column.expression != column.about.symbol).then(|| column.expression.clone()),
+        };
+        Self {
+            lacuna: env!("CARGO_PKG_VERSION").to_string(),
+            robot: model.robot.name.clone(),
+            origin,
+            signals,
+            effects: model.effects.clone(),
+            parameters: model.columns.iter().enumerate().map(value).collect(),
+        }
+    }
+
+    /// Reads a model file.
+    ///
+    /// # Errors
+    /// With file, line and column.
+    pub fn open(path: &Path) -> Result<Self> {
+        text::from_ron(&text::read(path)?).map_err(|e| e.in_file(path))
+    }
+
+    /// Writes it, whole or not at all.
+    ///
+    /// # Errors
+    /// When the folder cannot be written to.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        text::write_whole(path, text::to_ron(self)?.as_bytes())
+    }
+
+    /// The model on `robot`, with one value per column.
+    ///
+    /// # Errors
+    /// When a parameter is unknown on this robot, stands twice or is not a number.
+    pub fn on(&self, robot: &Robot) -> Result<(Model, Vec<f64>)> {
+        let model = Model::new(robot, self.effects.clone())?;
+        let mut links = vec![0.0; 10 * robot.dof()];
+        let names: Vec<String> = (0..links.len()).map(parameter_name).collect();
+        let mut x = vec![0.0; model.columns.len()];
+        let mut seen = std::collections::BTreeSet::new();
+        for p in &self.parameters {
+            if !p.value.is_finite() || !seen.insert(&p.symbol) {
+                return Err(Error::new(format!("parameter `{}` stands twice or is not a number", p.symbol)));
+            }
+            let rigid = names.iter().position(|n| *n == p.symbol);
+            let own = model.columns.iter().position(|c| c.about.symbol == p.symbol);
+            match (rigid, own) {
+                (Some(i), _) if model.base.is_some() => links[i] = p.value,
+                (_, Some(i)) => x[i] = p.value,
+                _ => {
+                    let known: Vec<&str> = model.columns.iter().map(|c| c.about.symbol.as_str()).collect();
+                    return Err(Error::new(format!("no parameter `{}` in this model", p.symbol))
+                        .help(format!("known are {}", known.join(", "))));
+                }
+            }
+        }
+        if let Some(base) = &model.base {
+            let first = model.columns.iter().position(|c| base.pivots.contains(&c.term)).unwrap_or(0);
+            for (i, value) in base.coefficients(&links).into_iter().enumerate() {
+                x[first + i] = value;
+            }
+        }
+        Ok((model, x))
+    }
+}

@@ -1,0 +1,184 @@
+//! Results as plain data, in the layout of `report.json`; and as text for people.
+
+mod text;
+
+pub use text::render;
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::identify::Errors;
+
+/// What a scenario found. Parts that were not asked for are `None`.
+#[derive(Debug, Clone, Serialize)]
+pub struct Report {
+    /// Version.
+    pub lacuna: String,
+    /// Seed of every random draw.
+    pub seed: u64,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Name of the robot.
+    pub robot: String,
+    /// The main identification: from static poses when the scenario has them, else from logs.
+    pub identification: Option<Identification>,
+    /// All identifications, the main one first.
+    pub identifications: Vec<Identification>,
+    /// The friction path, joint by joint.
+    pub friction: Vec<FrictionResult>,
+    /// Missing physics; not part of this study.
+    pub diagnosis: Option<()>,
+    /// Retrieved link parameters; not part of this study.
+    pub retrievals: Option<()>,
+    /// What data and constraints determine; not part of this study.
+    pub intervals: Option<()>,
+    /// Models side by side; not part of this study.
+    pub comparison: Option<()>,
+    /// What deserves attention.
+    pub warnings: Vec<String>,
+    /// Seconds per step; the only part that differs from run to run.
+    pub timing: BTreeMap<String, f64>,
+}
+
+/// One identification.
+#[derive(Debug, Clone, Serialize)]
+pub struct Identification {
+    /// What it is called in the study.
+    pub label: String,
+    /// `static`, `inputs` or `parallel`.
+    pub mode: String,
+    /// Where the data come from.
+    pub data: Vec<String>,
+    /// Signal step in words, one line each.
+    pub signals: Vec<String>,
+    /// How the data were held out, in words.
+    pub split: Option<String>,
+    /// `ordinary`, `joint` or `huber`.
+    pub weighting: String,
+    /// Number of scalar rows.
+    pub rows: usize,
+    /// Rank of the rigid-body part.
+    pub rank: usize,
+    /// Condition number of the whole regressor used, SI units, unscaled.
+    pub condition_number: f64,
+    /// In sample.
+    pub relative_error_percent: f64,
+    /// Pooled over all folds.
+    pub held_out_relative_error_percent: Option<f64>,
+    /// Per joint; empty for static poses.
+    pub joints: Vec<JointError>,
+    /// One per parameter.
+    pub coefficients: Vec<Coefficient>,
+    /// Symbols that the motion does not excite; they are left at zero.
+    pub not_excited: Vec<String>,
+    /// For read-outs of a known model: how often each coefficient was dropped over many noise draws.
+    pub dropped_over_draws: Option<DropCounts>,
+    /// Logs that were only predicted.
+    pub validation: Vec<Validation>,
+}
+
+/// How often coefficients are dropped when the noise is drawn again.
+#[derive(Debug, Clone, Serialize)]
+pub struct DropCounts {
+    /// Number of draws.
+    pub draws: usize,
+    /// Threshold [% standard deviation].
+    pub above_percent: f64,
+    /// `(expression, times dropped)`, only those dropped at least once.
+    pub dropped: Vec<(String, usize)>,
+}
+
+/// A log that was predicted and not fitted.
+#[derive(Debug, Clone, Serialize)]
+pub struct Validation {
+    /// File name.
+    pub data: String,
+    /// Over all rows.
+    pub relative_error_percent: f64,
+    /// Per joint.
+    pub joints: Vec<JointError>,
+}
+
+/// Errors of one joint.
+#[derive(Debug, Clone, Serialize)]
+pub struct JointError {
+    /// Joint.
+    pub name: String,
+    /// Root mean square of the torque [N m, N].
+    pub torque_rms: f64,
+    /// Root mean square of the residual [N m, N]; in sample for identifications.
+    pub rms: f64,
+    /// `100 |residual| / |torque|`.
+    pub relative_error_percent: Option<f64>,
+    /// The same, held out.
+    pub held_out_relative_error_percent: Option<f64>,
+    /// Whether a constant would have predicted the torque better.
+    pub worse_than_constant: bool,
+}
+
+/// One identified parameter.
+#[derive(Debug, Clone, Serialize)]
+pub struct Coefficient {
+    /// Grouped expression or symbol.
+    pub expression: String,
+    /// Leading symbol.
+    pub symbol: String,
+    /// Unit.
+    pub unit: String,
+    /// Value.
+    pub value: Option<f64>,
+    /// Standard deviation for white residuals, in per cent of the value.
+    pub relative_sd_percent: Option<f64>,
+    /// Standard deviation that allows for autocorrelation, in per cent of the value.
+    pub robust_sd_percent: Option<f64>,
+    /// Whether the value is certain enough to be used.
+    pub kept: bool,
+    /// Published value of the same coefficient, where the scenario has one.
+    pub published: Option<f64>,
+}
+
+/// Friction of one joint from the friction path.
+#[derive(Debug, Clone, Serialize)]
+pub struct FrictionResult {
+    /// Joint.
+    pub joint: String,
+    /// Effect's name.
+    pub effect: String,
+    /// Fitted parameters.
+    pub parameters: Vec<NamedValue>,
+    /// Residual rms without and with the friction [N m].
+    pub rms: [f64; 2],
+}
+
+/// A number with name and unit.
+#[derive(Debug, Clone, Serialize)]
+pub struct NamedValue {
+    /// Symbol.
+    pub name: String,
+    /// Value.
+    pub value: f64,
+    /// Unit.
+    pub unit: String,
+}
+
+/// A number for JSON, which knows no NaN and no infinity.
+pub fn finite(x: f64) -> Option<f64> {
+    x.is_finite().then_some(x)
+}
+
+/// Errors as rows of the report.
+pub fn joint_errors(names: &[String], errors: &Errors, held_out: Option<&Errors>) -> Vec<JointError> {
+    names
+        .iter()
+        .enumerate()
+        .map(|(j, name)| JointError {
+            name: name.clone(),
+            torque_rms: errors.torque_rms[j],
+            rms: errors.rms[j],
+            relative_error_percent: finite(errors.relative_percent[j]),
+            held_out_relative_error_percent: held_out.and_then(|h| finite(h.relative_percent[j])),
+            worse_than_constant: errors.worse_than_constant.get(j).copied().unwrap_or(false),
+        })
+        .collect()
+}

@@ -1,0 +1,341 @@
+//! The scenario file: what to study, as plain data. Nothing is computed here.
+//!
+//! RON with unknown fields refused; every file it names is relative to the scenario's own folder.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::effects::{Effect, classic};
+use crate::error::{Error, Result};
+use crate::excitation::{FourierMotion, SinusoidalVelocity};
+use crate::identify::{Search, Weighting};
+use crate::plant::{Controller, PlantEffect, Sensors};
+use crate::signals::Settings;
+use crate::text;
+
+/// A study. Parts that are not given are not done.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scenario {
+    /// Robot file.
+    pub robot: PathBuf,
+    /// Replaces the robot file's gravity [m/s², base frame].
+    #[serde(default)]
+    pub gravity: Option<[f64; 3]>,
+    /// Every random draw follows from it.
+    #[serde(default = "one")]
+    pub seed: u64,
+    /// Static poses to identify from (section IV-A of Gaz et al. 2019).
+    #[serde(default)]
+    pub poses: Option<Poses>,
+    /// Logs of a moving robot to identify from (section III).
+    #[serde(default)]
+    pub logs: Option<Logs>,
+    /// The signal step.
+    #[serde(default)]
+    pub signals: Settings,
+    /// What makes the torque; rigid body, viscous and Coulomb friction and offset when not given.
+    #[serde(default = "classic")]
+    pub effects: Vec<Box<dyn Effect>>,
+    /// How rows are weighed.
+    #[serde(default)]
+    pub weighting: Weighting,
+    /// Coefficients less certain than this [% standard deviation] are dropped; none when not given.
+    #[serde(default)]
+    pub drop_above_percent: Option<f64>,
+    /// How data are held out.
+    #[serde(default)]
+    pub hold_out: HoldOut,
+    /// The friction path: rigid part frozen, sigmoid fitted to the rest (section IV-B).
+    #[serde(default)]
+    pub friction: Option<FrictionPath>,
+}
+
+fn one() -> u64 {
+    1
+}
+
+/// Where static poses come from.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Poses {
+    /// A table `q1..qn, g1..gn, m11, m21, ..`.
+    File(PathBuf),
+    /// Read-outs of a model with these coefficients at random configurations within the joint limits.
+    ReadOut {
+        /// File of published coefficients.
+        coefficients: PathBuf,
+        /// Number of configurations.
+        count: usize,
+        /// Noise added to every read-out, as the relative error it makes [%].
+        noise_percent: f64,
+    },
+}
+
+/// Where logs come from.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Logs {
+    /// CSV files.
+    Files {
+        /// Logs to fit, looked for beside the scenario and then in the folder that `LACUNA_DATA` names.
+        fit: Vec<PathBuf>,
+        /// Logs that are never fitted, only predicted.
+        #[serde(default)]
+        validate: Vec<PathBuf>,
+        /// Column map for foreign headers.
+        #[serde(default)]
+        columns: Option<PathBuf>,
+        /// Shown when a log is not there: where to get it.
+        #[serde(default)]
+        missing: Option<String>,
+    },
+    /// A simulated run of the scenario's robot: forward dynamics under a tracking controller.
+    Simulated(Box<Simulated>),
+}
+
+/// A simulated run.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Simulated {
+    /// The commanded motion.
+    pub motion: Commanded,
+    /// Length of the motion between run-up and run-out [s].
+    pub duration_s: f64,
+    /// Length of run-up and run-out [s].
+    #[serde(default = "half")]
+    pub ramp_s: f64,
+    /// Physics of the plant beside its rigid links.
+    #[serde(default)]
+    pub effects: Vec<Box<dyn PlantEffect>>,
+    /// What makes it follow the motion.
+    #[serde(default)]
+    pub controller: Controller,
+    /// What is measured.
+    #[serde(default)]
+    pub sensors: Sensors,
+}
+
+fn half() -> f64 {
+    0.5
+}
+
+/// Motions that can be commanded.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Commanded {
+    /// Finite Fourier series of the velocities (as in Table II of the supplement).
+    Fourier(FourierMotion),
+    /// Sinusoidal velocities (eq. 31).
+    Sinusoidal(SinusoidalVelocity),
+    /// The published exciting motion of the Panda (Table II).
+    PandaTableII,
+    /// A random Fourier series within the joint limits.
+    Random {
+        /// Number of harmonics.
+        harmonics: usize,
+        /// Period [s].
+        period_s: f64,
+        /// Part of each joint's range and speed that is used, up to 1.
+        amplitude: f64,
+    },
+}
+
+/// How data are held out.
+    #[serde(default)]
+    pub hold_out: HoldOut,
+    /// The friction path: rigid part frozen, sigmoid fitted to the rest (section IV-B).
+    #[serde(default)]
+    pub friction: Option<FrictionPath>,
+}
+
+fn one() -> u64 {
+    1
+}
+
+/// Where static poses come from.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Poses {
+    /// A table `q1..qn, g1..gn, m11, m21, ..`.
+    File(PathBuf),
+    /// Read-outs of a model with these coefficients at random configurations within the joint limits.
+    ReadOut {
+        /// File of published coefficients.
+        coefficients: PathBuf,
+        /// Number of configurations.
+        count: usize,
+        /// Noise added to every read-out, as the relative error it makes [%].
+        noise_percent: f64,
+    },
+}
+
+/// Where logs come from.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Logs {
+    /// CSV files.
+    Files {
+        /// Logs to fit, looked for beside the scenario and then in the folder that `LACUNA_DATA` names.
+        fit: Vec<PathBuf>,
+        /// Logs that are never fitted, only predicted.
+        #[serde(default)]
+        validate: Vec<PathBuf>,
+        /// Column map for foreign headers.
+        #[serde(default)]
+        columns: Option<PathBuf>,
+        /// Shown when a log is not there: where to get it.
+        #[serde(default)]
+        missing: Option<String>,
+    },
+    /// A simulated run of the scenario's robot: forward dynamics under a tracking controller.
+    Simulated(Box<Simulated>),
+}
+
+/// A simulated run.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Simulated {
+    /// The commanded motion.
+    pub motion: Motion,
+    /// Length of the run [s].
+    pub duration_s: f64,
+    /// Sigmoid friction of every joint; none when empty.
+    #[serde(default)]
+    pub friction: Vec<SigmoidParameters>,
+    /// Sensors.
+    #[serde(default)]
+    pub sensors: crate::plant::Sensors,
+}
+
+/// Motions that can be commanded.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Motion {
+    /// Finite Fourier series of the velocities (Table II of the supplement).
+    Fourier(FourierMotion),
+    /// Sinusoidal velocities (eq. 31).
+    Sinusoidal(SinusoidalVelocity),
+    /// The published exciting motion of the Panda (Table II).
+    PandaTableII,
+}
+
+/// How data are held out.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum HoldOut {
+    /// Same-phase folds when the motion repeats, else contiguous blocks.
+    #[default]
+    Auto,
+    /// Equal phases of all periods are held out together.
+    SamePhase {
+        /// Period of the motion [s].
+        period_s: f64,
+        /// Number of folds.
+        folds: usize,
+    },
+    /// Contiguous blocks, dealt out to folds in turn.
+    Contiguous {
+        /// Length of a block [s].
+        block_s: f64,
+        /// Number of folds.
+        folds: usize,
+    },
+}
+
+/// The friction path.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FrictionPath {
+    /// Coefficients of the frozen rigid part; those of this scenario's static poses when not given.
+    #[serde(default)]
+    pub coefficients: Option<PathBuf>,
+    /// How the sigmoid is searched.
+    #[serde(default)]
+    pub search: Search,
+}
+
+impl Scenario {
+    /// Reads a scenario file.
+    ///
+    /// # Errors
+    /// With file, line and column, and what is known there.
+    pub fn open(path: &Path) -> Result<Self> {
+        let text = text::read(path)?;
+        let scenario: Self = text::from_ron(&text).map_err(|e| e.in_file(path))?;
+        scenario.check().map_err(|e| e.in_file(path))?;
+        Ok(scenario)
+    }
+
+    fn check(&self) -> Result<()> {
+        self.signals.check()?;
+        if self.poses.is_none() && self.logs.is_none() {
+            return Err(Error::new("the scenario has neither `poses` nor `logs`").help("give it something to identify from"));
+        }
+        if let Some(Logs::Files { fit, .. }) = &self.logs
+            && fit.is_empty()
+        {
+            return Err(Error::new("`logs` names no file to fit").help("list at least one CSV under `fit`"));
+        }
+        if let Some(friction) = &self.friction {
+            if self.logs.is_none() {
+                return Err(Error::new("`friction` needs `logs` to be fitted to"));
+            }
+            if friction.coefficients.is_none() && self.poses.is_none() {
+                return Err(Error::new("`friction` needs a rigid part to freeze")
+                    .help("give `poses`, or name a file of coefficients in `friction`"));
+            }
+        }
+        self.check_hold_out()
+    }
+
+    fn check_hold_out(&self) -> Result<()> {
+        let (seconds, folds) = match self.hold_out {
+            HoldOut::Auto => return Ok(()),
+            HoldOut::SamePhase { period_s, folds } => (period_s, folds),
+            HoldOut::Contiguous { block_s, folds } => (block_s, folds),
+        };
+        if !(seconds > 0.0 && seconds.is_finite()) || !(2..=1000).contains(&folds) {
+            return Err(Error::new("`hold_out` needs a positive time and 2 to 1000 folds"));
+        }
+        Ok(())
+    }
+}
+
+/// Coefficients that somebody published, with their source.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Published {
+    /// Where the numbers stand.
+    pub source: String,
+    /// Value of each base parameter by its leading symbol (`Jzz1`, `mx2`).
+    pub coefficients: Vec<(String, f64)>,
+}
+
+impl Published {
+    /// Reads a file of coefficients.
+    ///
+    /// # Errors
+    /// With file, line and column.
+    pub fn open(path: &Path) -> Result<Self> {
+        text::from_ron(&text::read(path)?).map_err(|e| e.in_file(path))
+    }
+
+    /// Values in the order of `base`; coefficients that were not published are 0.
+    ///
+    /// # Errors
+    /// When a symbol does not lead a base parameter of the robot.
+    pub fn values(&self, base: &crate::identify::BaseParameters) -> Result<Vec<f64>> {
+        let names: Vec<String> = base.pivots.iter().map(|&p| crate::identify::parameter_name(p)).collect();
+        let mut values = vec![0.0; names.len()];
+        for (symbol, value) in &self.coefficients {
+            let Some(i) = names.iter().position(|n| n == symbol) else {
+                return Err(Error::new(format!("`{symbol}` does not lead a base parameter of this robot"))
+                    .help(format!("known are {}", names.join(", "))));
+            };
+            values[i] = *value;
+        }
+        Ok(values)
+    }
+}

@@ -1,0 +1,68 @@
+//! The friction path: the rigid part frozen, the sigmoid of eq. 25 fitted to what is left.
+
+use rayon::prelude::*;
+
+use crate::effects::RigidBody;
+use crate::error::Result;
+use crate::identify::fit_sigmoid;
+use crate::model::Model;
+use crate::predict::predict;
+use crate::report::{FrictionResult, NamedValue};
+use crate::robot::JointKind;
+use crate::scenario::Published;
+
+use super::Study;
+use super::moving::FromLogs;
+use super::statics::FromPoses;
+
+impl Study<'_> {
+    pub(super) fn friction_path(
+        &mut self,
+        moving: &FromLogs,
+        poses: Option<&FromPoses>,
+    ) -> Result<Vec<FrictionResult>> {
+        let Some(path) = &self.scenario.friction else { return Ok(Vec::new()) };
+        let (file, search) = (path.coefficients.clone(), path.search);
+        let rigid = Model::new(&self.robot, vec![Box::new(RigidBody::default())])?;
+        let base = crate::identify::BaseParameters::new(&self.robot);
+        let x = match (&file, poses) {
+            (Some(file), _) => {
+                Published::open(&self.folder.join(file))?.values(&base).map_err(|e| e.in_file(file))?
+            }
+            (None, Some(poses)) => poses.coefficients.clone(),
+            (None, None) => return Ok(Vec::new()),
+        };
+        self.say("fitting sigmoid friction joint by joint");
+        let prediction = predict(&rigid, &moving.runs, &x)?;
+        let joints: Vec<usize> = (0..self.robot.dof())
+            .filter(|&j| self.robot.joints[j].kind == JointKind::Revolute)
+            .collect();
+        Ok(joints
+            .into_par_iter()
+            .map(|j| {
+                let (mut velocity, mut rest) = (Vec::new(), Vec::new());
+                for (run, predicted) in moving.runs.iter().zip(&prediction) {
+                    velocity.extend_from_slice(&run.to_rows(&run.dq[j]));
+                    let measured = run.to_rows(&run.tau[j]);
+                    rest.extend(measured.iter().zip(&predicted[j]).map(|(m, p)| m - p));
+                }
+                let fit = fit_sigmoid(&velocity, &rest, search);
+                let named = |name: &str, value: f64, unit: &str| NamedValue {
+                    name: name.to_string(),
+                    value,
+                    unit: unit.to_string(),
+                };
+                FrictionResult {
+                    joint: self.robot.joints[j].name.clone(),
+                    effect: "sigmoid_friction".to_string(),
+                    parameters: vec![
+                        named("phi1", fit.parameters.phi1, "N m"),
+                        named("phi2", fit.parameters.phi2, "s/rad"),
+                        named("phi3", fit.parameters.phi3, "rad/s"),
+                    ],
+                    rms: [fit.rms_without, fit.rms_with],
+                }
+            })
+            .collect())
+    }
+}

@@ -1,0 +1,149 @@
+//! From a scenario to a report: the only place that knows the order of the steps.
+
+mod friction;
+mod moving;
+mod statics;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use nalgebra::Vector3;
+
+use crate::error::{Error, Result};
+use crate::model_file::ModelFile;
+use crate::report::Report;
+use crate::robot::Robot;
+use crate::scenario::{Logs, Scenario};
+
+/// What the caller may add to a scenario.
+pub struct Options<'a> {
+    /// Logs to use instead of the scenario's.
+    pub data: Vec<PathBuf>,
+    /// Seed to use instead of the scenario's.
+    pub seed: Option<u64>,
+    /// Told what is being done.
+    pub progress: &'a mut dyn FnMut(&str),
+}
+
+/// What a study gives.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    /// The results.
+    pub report: Report,
+    /// The identified model.
+    pub model: Option<ModelFile>,
+}
+
+/// A study on its way.
+struct Study<'a> {
+    folder: PathBuf,
+    scenario: Scenario,
+    robot: Robot,
+    seed: u64,
+    data: Vec<PathBuf>,
+    progress: &'a mut dyn FnMut(&str),
+    timing: BTreeMap<String, f64>,
+    warnings: Vec<String>,
+}
+
+/// Runs the scenario in `path`.
+///
+/// # Errors
+/// When the scenario or something it names cannot be used; the message says where and what to do.
+pub fn run(path: &Path, options: Options<'_>) -> Result<Outcome> {
+    let scenario = Scenario::open(path)?;
+    if !options.data.is_empty() && !matches!(scenario.logs, Some(Logs::Files { .. })) {
+        return Err(Error::new("--data was given, but the scenario takes no log files")
+            .in_file(path)
+            .help("give the scenario `logs: Files(fit: [..])`"));
+    }
+    let folder = path.parent().unwrap_or(Path::new(".")).to_path_buf();
+    let mut robot = Robot::open(folder.join(&scenario.robot))?;
+    if let Some(gravity) = scenario.gravity {
+        robot = robot.with_gravity(Vector3::from(gravity));
+    }
+    let seed = options.seed.unwrap_or(scenario.seed);
+    let mut study = Study {
+        folder,
+        robot,
+        seed,
+        scenario,
+        data: options.data,
+        progress: options.progress,
+        timing: BTreeMap::new(),
+        warnings: Vec::new(),
+    };
+    study.warn_of_robot();
+    let name = path.file_stem().map_or_else(|| "study".into(), |s| s.to_string_lossy().into_owned());
+    study.all(name)
+}
+
+impl Study<'_> {
+    fn all(mut self, name: String) -> Result<Outcome> {
+        let poses = self.timed("static identification", Self::from_poses)?;
+        let moving = self.timed("identification from logs", Self::from_logs)?;
+        let friction = match &moving {
+            Some(moving) => self.timed("friction path", |s| s.friction_path(moving, poses.as_ref()))?,
+            None => Vec::new(),
+        };
+        let static_model = poses.as_ref().map(|p| &p.model);
+        let model = moving.as_ref().map(|m| &m.model).or(static_model).cloned();
+        let identifications: Vec<_> = poses
+            .into_iter()
+            .map(|p| p.report)
+            .chain(moving.into_iter().map(|m| m.report))
+            .collect();
+        let report = Report {
+            lacuna: env!("CARGO_PKG_VERSION").to_string(),
+            seed: self.seed,
+            scenario: name,
+            robot: self.robot.name.clone(),
+            identification: identifications.first().cloned(),
+            identifications,
+            friction,
+            diagnosis: None,
+            retrievals: None,
+            intervals: None,
+            comparison: None,
+            warnings: self.warnings,
+            timing: self.timing,
+        };
+        Ok(Outcome { report, model })
+    }
+
+    fn timed<T>(&mut self, step: &str, work: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
+        let start = Instant::now();
+        let result = work(self);
+        self.timing.insert(step.to_string(), start.elapsed().as_secs_f64());
+        result
+    }
+
+    fn say(&mut self, what: &str) {
+        (self.progress)(what);
+    }
+
+    fn warn(&mut self, what: impl Into<String>) {
+        self.warnings.push(what.into());
+    }
+
+    fn warn_of_robot(&mut self) {
+        for remark in self.robot.remarks.clone() {
+            let line = remark.line.map_or_else(String::new, |l| format!("line {l}: "));
+            self.warn(format!("{}: {line}{}", self.scenario.robot.display(), remark.text));
+        }
+    }
+
+    /// A file that the scenario names: beside the scenario, or in the folder that `LACUNA_DATA` names.
+    fn find(&self, file: &Path) -> Option<PathBuf> {
+        let beside = self.folder.join(file);
+        let in_data = || std::env::var_os("LACUNA_DATA").map(|d| Path::new(&d).join(file));
+        [Some(beside), in_data()].into_iter().flatten().find(|p| p.is_file())
+    }
+}
+
+/// A warning when rows do not far outnumber unknowns (eq. 18 of Gaz et al. 2019).
+fn too_few_rows(rows: usize, unknowns: usize) -> Option<String> {
+    (rows < 10 * unknowns)
+        .then(|| format!("{rows} rows for {unknowns} unknowns: rows should far outnumber unknowns (eq. 18)"))
+}

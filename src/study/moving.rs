@@ -1,0 +1,210 @@
+//! Identification from logs of a moving robot.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+use crate::excitation::{FourierMotion, Motion, Ramped, panda_table_ii};
+use crate::identify::{Errors, Evidence, Fit, Weighting, fit, fit_huber, held_out, relative_deviations, with_robust_sd};
+use crate::log::{ColumnMap, Log};
+use crate::model::Model;
+use crate::model_file::ModelFile;
+use crate::plant::Plant;
+use crate::predict::{predict, prediction_errors};
+use crate::report::{Coefficient, Identification, Validation, finite, joint_errors};
+use crate::scenario::{Commanded, HoldOut, Logs, Simulated};
+use crate::signals::{Folds, Mode, Rows, Run, prepare};
+
+use super::{Study, too_few_rows};
+
+/// What the logs gave.
+pub(super) struct FromLogs {
+    pub report: Identification,
+    pub model: ModelFile,
+    pub runs: Vec<Run>,
+}
+
+struct Prepared {
+    runs: Vec<Run>,
+    lines: Vec<String>,
+    names: Vec<String>,
+}
+
+impl Study<'_> {
+    pub(super) fn from_logs(&mut self) -> Result<Option<FromLogs>> {
+        let Some((fitted, validated)) = self.logs()? else { return Ok(None) };
+        let data = self.prepare_all(&fitted)?;
+        let model = Model::new(&self.robot, self.scenario.effects.clone())?;
+        self.say(&format!("fitting {} parameters", model.columns.len()));
+        let folds = self.folds(&data.runs)?;
+        let evidence = Evidence::collect(&model, &data.runs, &folds)?;
+        let weighting = self.scenario.weighting;
+        let fitted = match weighting {
+            Weighting::Huber => fit_huber(&model, &data.runs, &folds, &evidence)?,
+            other => fit(&model, &evidence, None, other)?,
+        };
+        let fitted = with_robust_sd(&model, &data.runs, &evidence, fitted)?;
+        let out = held_out(&model, &evidence, weighting)?;
+        self.warn_of_fit(&model, &fitted);
+        let mut report = self.moving_report(&model, &fitted, &out, &data)?;
+        report.split = Some(folds.description.clone());
+        report.validation = self.validate(&model, &fitted, &validated)?;
+        let origin = format!("logs: {}", data.names.join(", "));
+        let model =
+            ModelFile::new(&model, &fitted.x, &fitted.robust_sd, self.scenario.signals.clone(), origin);
+        Ok(Some(FromLogs { report, model, runs: data.runs }))
+    }
+
+    /// Logs to fit and logs to predict.
+    fn logs(&mut self) -> Result<Option<(Vec<Log>, Vec<Log>)>> {
+        let Some(logs) = &self.scenario.logs else { return Ok(None) };
+        match logs {
+            Logs::Simulated(_) => Ok(Some((vec![self.simulated()?], Vec::new()))),
+            Logs::Files { fit, validate, columns, missing } => {
+                let map = columns.as_ref().map(|c| ColumnMap::open(&self.folder.join(c))).transpose()?;
+                let open = |path: &Path| Log::open(path, &self.robot, map.as_ref());
+                if !self.data.is_empty() {
+                    let fitted: Vec<Log> = self.data.iter().map(|p| open(p)).collect::<Result<_>>()?;
+                    return Ok(Some((fitted, Vec::new())));
+                }
+                let all = |files: &[PathBuf]| -> Result<Vec<Log>> {
+                    files
+                        .iter()
+                        .map(|file| open(&self.find(file).ok_or_else(|| not_there(file, missing.as_deref()))?))
+                        .collect()
+                };
+                Ok(Some((all(fit)?, all(validate)?)))
+            }
+        }
+    }
+
+    fn simulated(&mut self) -> Result<Log> {
+        let Some(Logs::Simulated(simulated)) = self.scenario.logs.take() else {
+            return Err(Error::new("the scenario simulates nothing"));
+        };
+        let Simulated { motion, duration_s, ramp_s, effects, controller, sensors } = *simulated;
+        self.say(&format!("simulating {} s of motion", duration_s + 2.0 * ramp_s));
+        let motion = self.commanded(motion)?;
+        let ramped = Ramped::new(motion, duration_s, ramp_s)?;
+        let mut plant = Plant::new(self.robot.clone())?;
+        (plant.effects, plant.controller, plant.sensors) = (effects, controller, sensors);
+        let mut log = plant.simulate(&ramped, ramped.total_s(), self.seed)?.log;
+        log.name = "simulated run".to_string();
+        Ok(log)
+    }
+
+    fn commanded(&self, motion: Commanded) -> Result<Box<dyn Motion>> {
+        Ok(match motion {
+            Commanded::Fourier(motion) => Box::new(motion),
+            Commanded::Sinusoidal(motion) => Box::new(motion),
+            Commanded::PandaTableII => Box::new(panda_table_ii()),
+            Commanded::Random { harmonics, period_s, amplitude } => {
+                Box::new(FourierMotion::random(&self.robot, self.seed, harmonics, period_s, amplitude)?)
+            }
+        })
+    }
+
+    fn prepare_all(&mut self, logs: &[Log]) -> Result<Prepared> {
+        let mut all = Prepared { runs: Vec::new(), lines: Vec::new(), names: Vec::new() };
+        for log in logs {
+            self.say(&format!("preparing the signals of {}", log.name));
+            let (run, report) = prepare(log, &self.scenario.signals)?;
+            all.lines.extend(report.lines());
+            all.names.push(log.name.clone());
+            all.runs.push(run);
+        }
+        Ok(all)
+    }
+
+    fn folds(&self, runs: &[Run]) -> Result<Folds> {
+        let rows: Vec<Rows> = runs.iter().map(Run::rows).collect();
+        match self.scenario.hold_out {
+            HoldOut::Auto => Folds::choose(&runs.iter().collect::<Vec<_>>()),
+            HoldOut::SamePhase { period_s, folds } => Folds::same_phase(&rows, period_s, folds),
+            HoldOut::Contiguous { block_s, folds } => Folds::contiguous(&rows, block_s, folds),
+        }
+    }
+
+    fn warn_of_fit(&mut self, model: &Model, fit: &Fit) {
+        if let Some(warning) = too_few_rows(fit.rows, model.columns.len()) {
+            self.warn(warning);
+        }
+        if !fit.unexcited.is_empty() {
+            let names: Vec<_> =
+                fit.unexcited.iter().map(|&c| model.columns[c].about.symbol.as_str()).collect();
+            self.warn(format!("this motion does not excite {}; left at zero", names.join(", ")));
+        }
+    }
+
+    fn moving_report(
+        &self,
+        model: &Model,
+        fit: &Fit,
+        out: &Errors,
+        data: &Prepared,
+    ) -> Result<Identification> {
+        let mode = self.scenario.signals.mode;
+        let errors = prediction_errors(&data.runs, &predict(model, &data.runs, &fit.x)?);
+        let names: Vec<String> = model.robot.joints.iter().map(|j| j.name.clone()).collect();
+        Ok(Identification {
+            label: "exciting trajectory".to_string(),
+            mode: mode.name().to_string(),
+            data: data.names.clone(),
+            signals: data.lines.clone(),
+            split: None,
+            weighting: format!("{:?}", self.scenario.weighting).to_lowercase(),
+            rows: fit.rows,
+            rank: model.base.as_ref().map_or(0, |b| b.rank()),
+            condition_number: fit.condition_number,
+            relative_error_percent: fit.errors.pooled_percent,
+            held_out_relative_error_percent: finite(out.pooled_percent),
+            joints: joint_errors(&names, &errors, Some(out)),
+            coefficients: coefficients(model, fit, self.scenario.drop_above_percent),
+            not_excited: fit.unexcited.iter().map(|&c| model.columns[c].about.symbol.clone()).collect(),
+            dropped_over_draws: None,
+            validation: Vec::new(),
+        })
+    }
+
+    /// Predicts logs that were never fitted.
+    fn validate(&mut self, model: &Model, fit: &Fit, logs: &[Log]) -> Result<Vec<Validation>> {
+        let names: Vec<String> = model.robot.joints.iter().map(|j| j.name.clone()).collect();
+        let mut all = Vec::new();
+        for log in logs {
+            let runs = self.prepare_all(std::slice::from_ref(log))?.runs;
+            let errors = prediction_errors(&runs, &predict(model, &runs, &fit.x)?);
+            all.push(Validation {
+                data: log.name.clone(),
+                relative_error_percent: errors.pooled_percent,
+                joints: joint_errors(&names, &errors, None),
+            });
+        }
+        Ok(all)
+    }
+}
+
+fn not_there(file: &Path, missing: Option<&str>) -> Error {
+    let otherwise = "put it beside the scenario, into the folder that LACUNA_DATA names, or give --data CSV";
+    let help = missing.map_or_else(|| otherwise.to_string(), |m| format!("{m}\n  {otherwise}"));
+    Error::new("the log is not there").in_file(file).help(help)
+}
+
+fn coefficients(model: &Model, fit: &Fit, drop_above_percent: Option<f64>) -> Vec<Coefficient> {
+    let classical = relative_deviations(&fit.x, &fit.classical_sd);
+    let robust = relative_deviations(&fit.x, &fit.robust_sd);
+    let limit = drop_above_percent.unwrap_or(f64::INFINITY);
+    model
+        .columns
+        .iter()
+        .enumerate()
+        .map(|(i, column)| Coefficient {
+            expression: column.expression.clone(),
+            symbol: column.about.symbol.clone(),
+            unit: column.about.unit.to_string(),
+            value: finite(fit.x[i]),
+            relative_sd_percent: finite(classical[i]),
+            robust_sd_percent: finite(robust[i]),
+            kept: !fit.unexcited.contains(&i) && classical[i] <= limit,
+            published: None,
+        })
+        .collect()
+}
