@@ -1,7 +1,52 @@
-//! From a raw [`crate::log::Log`] to uniformly sampled, filtered motion: the one documented signal step.
+//! From a raw [`Log`](crate::log::Log) to uniformly sampled, filtered motion: the one documented
+//! signal step.
+//!
+//! [`prepare`] takes a log through these stages, and its [`SignalReport`] says what each did:
+//!
+//! 1. *clean*: rows that are not numbers, go back in time or repeat the state of the row before are
+//!    left out; where the clock jumps, the longest stretch is kept.
+//! 2. *clock*: time stamps, an even clock, or the robot's sample clock rebuilt from the motion where
+//!    positions and logged velocities prove that the stamps are wrong.
+//! 3. *resample*: linear interpolation onto that clock.
+//! 4. *filter*: zero-phase Butterworth low-pass ([`ZeroPhase`]).
+//! 5. *differentiate*: central differences.
+//! 6. *trim and decimate*, at once ([`Mode::Inputs`]) or after the regressor was built from motion at
+//!    the full rate ([`Mode::Parallel`], [`RowFilter`]).
+//!
+//! [`Folds`] then says which rows are held out together. Logged accelerations are not used: they are
+//! differences taken by somebody else.
+
+mod blocks;
+mod clean;
+mod clock;
+mod derivative;
+mod filter;
+mod period;
+mod prepare;
+mod rebuild;
+mod report;
+mod resample;
+mod rows;
+mod settings;
+
+pub use blocks::{Folds, USUAL_BLOCK_S, USUAL_FOLDS};
+pub use clean::Segment;
+pub use clock::ClockReport;
+pub use derivative::central_difference;
+pub use filter::ZeroPhase;
+pub use period::detect_period;
+pub use prepare::prepare;
+pub use report::SignalReport;
+pub use rows::{RowFilter, Rows};
+pub use settings::{ClockChoice, Keep, Mode, Settings, VelocityFrom};
+
+use std::borrow::Cow;
 
 /// A motion on a uniform clock, ready for regressors. Joint quantities are stored joint by joint:
 /// `q[j][k]` is joint `j` at sample `k`.
+///
+/// Without a `row_filter` the samples are the rows of a fit. With one, torque and regressor columns
+/// are computed at every sample first and become rows through [`Run::to_rows`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Run {
     /// Name of the log it came from.
@@ -16,8 +61,46 @@ pub struct Run {
     pub dq: Vec<Vec<f64>>,
     /// Accelerations [rad/s², m/s²].
     pub ddq: Vec<Vec<f64>>,
-    /// Torques [N m, N].
+    /// Torques [N m, N]; empty where the log has none. Not filtered when there is a `row_filter`.
     pub tau: Vec<Vec<f64>>,
-    /// Every other column, on the same clock.
+    /// Every other column, on the same clock, not filtered.
     pub channels: std::collections::BTreeMap<String, Vec<f64>>,
+    /// What turns columns at the full rate into rows ([`Mode::Parallel`]).
+    pub row_filter: Option<RowFilter>,
+}
+
+impl Run {
+    /// Number of samples.
+    pub fn samples(&self) -> usize {
+        self.q.first().map_or(0, Vec::len)
+    }
+
+    /// Where the rows of a fit lie in time.
+    pub fn rows(&self) -> Rows {
+        match &self.row_filter {
+            None => Rows { start: self.start, dt: self.dt, count: self.samples() },
+            Some(rows) => Rows {
+                start: self.start + rows.range.start as f64 * self.dt,
+                dt: rows.every as f64 * self.dt,
+                count: rows.count(),
+            },
+        }
+    }
+
+    /// A column given at every sample (torque, regressor column), as rows of a fit.
+    pub fn to_rows<'a>(&self, column: &'a [f64]) -> Cow<'a, [f64]> {
+        match &self.row_filter {
+            None => Cow::Borrowed(column),
+            Some(rows) => Cow::Owned(rows.apply(column)),
+        }
+    }
+}
+
+/// Median (the upper one of an even number), or `None` of nothing.
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return None;
+    }
+    Some(*values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }

@@ -1,0 +1,140 @@
+//! The signal step from end to end.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::clean::{self, Cleaned};
+use super::clock::{self, Clock};
+use super::filter::keep_every;
+use super::resample::Grid;
+use super::{Mode, RowFilter, Run, Settings, SignalReport, VelocityFrom, ZeroPhase, central_difference};
+use crate::error::{Error, Result};
+use crate::log::Log;
+
+/// Turns a log into a uniformly sampled motion: clean, clock, resample, filter, differentiate, trim.
+///
+/// # Errors
+/// When settings cannot work, when too little of the log can be used, or when the settings ask for
+/// velocities or a clock that the log does not have. The message names the log and the remedy.
+pub fn prepare(log: &Log, settings: &Settings) -> Result<(Run, SignalReport)> {
+    settings.check()?;
+    let mut cleaned = clean::clean(log, settings.max_gap_s)?;
+    let clock = clock::decide(log, &cleaned.rows, settings.clock)?;
+    if clock.torn > 0 {
+        *cleaned.dropped.entry("torn".to_owned()).or_default() += clock.torn;
+    }
+    let grid = Grid::new(&clock.rows, &clock.at);
+    let logged = logged_velocity(log, settings)?;
+    let design = Design::new(settings, clock.report.period_s, grid.len()).map_err(|e| e.in_file(&log.name))?;
+    let report = report(log, settings, cleaned, &clock, &grid, &design, logged.is_some());
+
+    let motion = design.motion.as_ref().unwrap_or(&design.band);
+    let q = columns(&log.q, |c| filtered(grid.apply(c), motion));
+    let dq = match logged {
+        Some(dq) => columns(dq, |c| filtered(grid.apply(c), motion)),
+        None => columns(&q, |c| central_difference(c, design.dt)),
+    };
+    let ddq = columns(&dq, |c| central_difference(c, design.dt));
+    let tau = columns(&log.tau, |c| match settings.mode {
+        Mode::Inputs => filtered(grid.apply(c), &design.band),
+        Mode::Parallel => grid.apply(c),
+    });
+    let channels = log.channels.iter().map(|(name, c)| (name.clone(), grid.apply(c))).collect();
+    let (name, start) = (log.name.clone(), log.t[clock.rows[0]]);
+    let run = Run { name, dt: design.dt, start, q, dq, ddq, tau, channels, row_filter: None };
+    Ok((design.finish(run, settings.mode), report))
+}
+
+/// Filters and row selection for one log.
+struct Design {
+    dt: f64,
+    band: ZeroPhase,
+    /// For positions and velocities before differentiation, where that is not the band.
+    motion: Option<ZeroPhase>,
+    range: Range<usize>,
+    every: usize,
+}
+
+impl Design {
+    fn new(settings: &Settings, dt: f64, samples: usize) -> Result<Self> {
+        let band = ZeroPhase::butterworth(settings.order, settings.band_hz, dt)?;
+        band.check_length(samples)?;
+        let motion = match settings.mode {
+            Mode::Inputs => None,
+            Mode::Parallel => Some(ZeroPhase::butterworth(settings.order, settings.position_cutoff_hz, dt)?),
+        };
+        let trim = libm::round(settings.trim_s / dt) as usize;
+        let range = trim..samples.saturating_sub(trim);
+        if range.len() < 3 {
+            let (length, trimmed) = (samples as f64 * dt, settings.trim_s);
+            let what = format!("nothing is left of {length:.3} s after trimming {trimmed} s at both ends");
+            return Err(Error::new(what).help("record a longer motion, or lower `trim_s`"));
+        }
+        Ok(Self { dt, band, motion, range, every: settings.decimation(dt) })
+    }
+
+    /// Trims and decimates now, or leaves that to the rows.
+    fn finish(self, mut run: Run, mode: Mode) -> Run {
+        if mode == Mode::Parallel {
+            run.row_filter = Some(RowFilter { filter: self.band, range: self.range, every: self.every });
+            return run;
+        }
+        run.start += self.range.start as f64 * self.dt;
+        run.dt = self.dt * self.every as f64;
+        let joints = [&mut run.q, &mut run.dq, &mut run.ddq, &mut run.tau].into_iter().flatten();
+        for column in joints.chain(run.channels.values_mut()) {
+            keep_every(column, self.range.clone(), self.every);
+        }
+        run
+    }
+}
+
+fn columns(columns: &[Vec<f64>], work: impl Fn(&[f64]) -> Vec<f64> + Sync) -> Vec<Vec<f64>> {
+    columns.par_iter().map(|column| work(column)).collect()
+}
+
+fn filtered(mut column: Vec<f64>, filter: &ZeroPhase) -> Vec<f64> {
+    filter.apply(&mut column);
+    column
+}
+
+/// The logged velocities, where the settings want them.
+fn logged_velocity<'a>(log: &'a Log, settings: &Settings) -> Result<Option<&'a [Vec<f64>]>> {
+    match (settings.velocity_from, &log.dq) {
+        (VelocityFrom::Position, _) | (VelocityFrom::Auto, None) => Ok(None),
+        (_, Some(dq)) => Ok(Some(dq)),
+        (VelocityFrom::Velocity, None) => Err(Error::new("the log has no velocities")
+            .in_file(&log.name)
+            .help("set `velocity_from: Position`, or log dq1..dqn")),
+    }
+}
+
+fn report(
+    log: &Log,
+    settings: &Settings,
+    cleaned: Cleaned,
+    clock: &Clock,
+    grid: &Grid,
+    design: &Design,
+    logged: bool,
+) -> SignalReport {
+    SignalReport {
+        log: log.name.clone(),
+        rows_read: log.rows() + log.dropped.values().sum::<usize>(),
+        rows_dropped: cleaned.dropped,
+        segments: cleaned.segments,
+        clock: clock.report.clone(),
+        samples: grid.len(),
+        samples_filled: grid.filled,
+        longest_gap_s: grid.longest * design.dt,
+        mode: settings.mode.name(),
+        band_hz: settings.band_hz,
+        order: settings.order,
+        source_of_velocity: if logged { "logged" } else { "position" },
+        position_cutoff_hz: design.motion.as_ref().map(ZeroPhase::cutoff_hz),
+        trim_s: settings.trim_s,
+        decimate: design.every,
+        rows_used: design.range.len().div_ceil(design.every),
+    }
+}

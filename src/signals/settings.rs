@@ -1,0 +1,169 @@
+//! What the signal step may be told.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+
+/// Where filters stand in the way from log to regressor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Mode {
+    /// The paper's way: positions, velocities and torques are filtered, then differentiated, and the
+    /// regressor is built from what comes out (Gaz et al. 2019, section IV).
+    #[default]
+    Inputs,
+    /// The same filter on the torque and on every regressor column, which are built from lightly
+    /// filtered motion; nothing is distorted between the two sides of the equation.
+    Parallel,
+}
+
+impl Mode {
+    /// Its name in reports: `inputs` or `parallel`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Inputs => "inputs",
+            Self::Parallel => "parallel",
+        }
+    }
+}
+
+/// Where velocities (and with them accelerations) come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum VelocityFrom {
+    /// The logged velocity where the log has one, otherwise the position.
+    #[default]
+    Auto,
+    /// Central differences of the filtered position.
+    Position,
+    /// The logged velocity, filtered.
+    Velocity,
+}
+
+/// Which clock the samples get.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum ClockChoice {
+    /// The rebuilt sample clock where the data prove it, otherwise the time stamps.
+    #[default]
+    Auto,
+    /// The time stamps, whatever the data say.
+    Stamps,
+    /// The clock rebuilt from positions and logged velocities, proven or not.
+    Rebuilt,
+}
+
+/// What is kept of a log with gaps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Keep {
+    /// The stretch with most rows.
+    #[default]
+    LongestSegment,
+}
+
+/// Settings of the signal step; every one is repeated in its report.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// What is filtered: the inputs of the regressor, or its columns.
+    pub mode: Mode,
+    /// Cut-off of the band in which the model is fitted [Hz].
+    pub band_hz: f64,
+    /// Order of the Butterworth low-pass of each pass; it runs forwards and backwards.
+    pub order: usize,
+    /// Cut-off for positions and velocities before they are differentiated [Hz]; `Parallel` only.
+    pub position_cutoff_hz: f64,
+    /// Source of velocities.
+    pub velocity_from: VelocityFrom,
+    /// Cut from both ends after filtering [s].
+    pub trim_s: f64,
+    /// Keep every so-many-th sample after filtering. Not given: all in `Inputs`, about five samples
+    /// per period of the band in `Parallel`.
+    pub decimate: Option<usize>,
+    /// Which clock the samples get.
+    pub clock: ClockChoice,
+    /// What is kept of a log with gaps.
+    pub keep: Keep,
+    /// Longest gap that is filled linearly [s]; where the clock jumps further the log is split. Never
+    /// less than three sampling times.
+    pub max_gap_s: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            mode: Mode::Inputs,
+            band_hz: 5.0,
+            order: 4,
+            position_cutoff_hz: 6.0,
+            velocity_from: VelocityFrom::Auto,
+            trim_s: 0.5,
+            decimate: None,
+            clock: ClockChoice::Auto,
+            keep: Keep::LongestSegment,
+            max_gap_s: 0.25,
+        }
+    }
+}
+
+impl Settings {
+    /// Checks what can be checked without a log.
+    ///
+    /// # Errors
+    /// Names the first setting that cannot work and what to write instead.
+    pub fn check(&self) -> Result<()> {
+        let positive = [
+            ("band_hz", self.band_hz),
+            ("position_cutoff_hz", self.position_cutoff_hz),
+            ("max_gap_s", self.max_gap_s),
+        ];
+        for (name, value) in positive {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(Error::new(format!("`{name}` is {value}")).help("give a positive number"));
+            }
+        }
+        if !(self.trim_s.is_finite() && self.trim_s >= 0.0) {
+            return Err(Error::new(format!("`trim_s` is {}", self.trim_s)).help("give 0 or more seconds"));
+        }
+        if self.decimate == Some(0) {
+            return Err(Error::new("`decimate` is 0").help("give 1 to keep every sample, or leave it out"));
+        }
+        Ok(())
+    }
+
+    /// Every so-many-th sample is kept at the sampling time `dt` [s].
+    pub(super) fn decimation(&self, dt: f64) -> usize {
+        let automatic = match self.mode {
+            Mode::Inputs => 1,
+            Mode::Parallel => (1.0 / (5.0 * self.band_hz * dt)) as usize,
+        };
+        self.decimate.unwrap_or(automatic).max(1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ron_takes_some_fields_and_refuses_unknown_ones() {
+        let some: Settings = ron::from_str("(mode: Parallel, band_hz: 8.0)").expect("fields may be left out");
+        assert_eq!(some.mode, Mode::Parallel);
+        assert_eq!(some.order, Settings::default().order);
+        let typo = ron::from_str::<Settings>("(band: 8.0)").expect_err("a typo must not pass");
+        assert!(typo.to_string().contains("band_hz"), "{typo}");
+    }
+
+    #[test]
+    fn senseless_settings_are_named() {
+        let name = |settings: Settings| settings.check().expect_err("must be refused").to_string();
+        assert!(name(Settings { band_hz: 0.0, ..Settings::default() }).contains("band_hz"));
+        assert!(name(Settings { trim_s: f64::NAN, ..Settings::default() }).contains("trim_s"));
+        assert!(name(Settings { decimate: Some(0), ..Settings::default() }).contains("decimate"));
+    }
+
+    #[test]
+    fn decimation_leaves_five_samples_per_period_of_the_band() {
+        let parallel = Settings { mode: Mode::Parallel, ..Settings::default() };
+        assert_eq!(parallel.decimation(0.001), 40);
+        assert_eq!(parallel.decimation(0.1), 1);
+        assert_eq!(Settings::default().decimation(0.001), 1);
+    }
+}
