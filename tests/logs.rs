@@ -10,6 +10,8 @@ mod property;
 mod public_data;
 #[path = "logs/reads.rs"]
 mod reads;
+#[path = "logs/script.rs"]
+mod script;
 
 use lacuna::log::{ColumnMap, Log};
 use lacuna::robot::{Joint, JointKind, Limits, Link, Pose, Robot};

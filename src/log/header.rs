@@ -3,8 +3,9 @@
 use std::collections::HashMap;
 
 use super::names::{list, nearest, shorten};
+use super::number::number;
 use super::source::Source;
-use super::table::{Format, number, split};
+use super::table::{Format, split};
 use crate::error::{Error, Result};
 
 /// Most columns a table may have; a real log has a few dozen.

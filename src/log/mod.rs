@@ -7,6 +7,7 @@ mod columns;
 mod header;
 mod layout;
 mod names;
+mod number;
 mod read;
 mod source;
 mod statics;

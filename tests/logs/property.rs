@@ -1,6 +1,7 @@
 //! No bytes make the reader panic, and what it accepts is what a naive reader finds.
 
 use super::*;
+use lacuna::log::StaticPoses;
 use proptest::prelude::*;
 
 /// Rows of a comma-separated text without quotes, as a beginner would read them: `(good rows, all rows)`.
@@ -59,6 +60,26 @@ proptest! {
         for map in ["()", "(delimiter: ' ', header: false, time: (rate_hz: 1), position: (columns: [1]), torque: (columns: [2]))"] {
             // Success is as fine as an error; only a panic would fail.
             let _ = read_mapped(&text, &chain(1), map);
+        }
+    }
+
+    #[test]
+    fn any_text_is_a_map_or_none(text in "[ -~]{0,60}", place in any::<prop::sample::Index>(), byte in b' '..b'~') {
+        let _ = ColumnMap::parse(&text);
+        let mut map = include_str!("../../columns/ur_rtde.ron").to_owned().into_bytes();
+        let place = place.index(map.len());
+        map[place] = byte;
+        let map = String::from_utf8(map).expect("the map is ASCII");
+        if let Ok(map) = ColumnMap::parse(&map) {
+            let _ = Log::open(fixture("ur_rtde.csv"), &chain(6), Some(&map));
+        }
+    }
+
+    #[test]
+    fn any_poses_are_read_or_refused(body in prop::collection::vec(any::<u8>(), 0..200)) {
+        let text = [b"q1,g1,m11\n", body.as_slice()].concat();
+        if let Ok(poses) = StaticPoses::from_reader(text.as_slice(), "poses", &chain(1)) {
+            prop_assert!(poses.g[0].iter().chain(&poses.m[0]).all(|x| x.is_finite()));
         }
     }
 
