@@ -149,7 +149,7 @@ pub enum Time {
     },
     /// No stamps: rows follow each other at a fixed rate, bad rows counted.
     Rate {
-        /// Rows per second [Hz].
+        /// Rows per second.
         rate_hz: f64,
     },
 }
@@ -185,9 +185,10 @@ pub enum Torque {
         /// 1 or -1 for each joint.
         sign: Option<Vec<f64>>,
     },
-    /// Motor current: `tau = gain * current`. The currents stay as channels `current1`, `current2`, ... [A].
+    /// Motor current: `tau = gain * current`. The currents stay as channels `current1`, `current2`, ...
+    /// in amperes.
     Current {
-        /// Where the currents stand [A].
+        /// Where the currents stand, in amperes.
         current: Columns,
         /// Torque at the joint per current [N m/A, N/A], signs included.
         gains: Vec<f64>,

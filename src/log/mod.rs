@@ -31,7 +31,7 @@ use crate::robot::Robot;
 pub struct Log {
     /// File name without folder.
     pub name: String,
-    /// Time stamps [s]; empty only where [`Log::open_states`] found none.
+    /// Time stamps in seconds; empty only where [`Log::open_states`] found none.
     pub t: Vec<f64>,
     /// Positions [rad, m].
     pub q: Vec<Vec<f64>>,
