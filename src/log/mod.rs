@@ -1,15 +1,25 @@
 //! Measurements as they were recorded: a [`Log`] of a moving robot, or [`StaticPoses`].
 //!
-//! Nothing here filters or repairs; that is the business of [`crate::signals`].
+//! Nothing here filters or repairs; that is the business of [`crate::signals`]. Rows that cannot be
+//! read are counted by reason and left out; rows that repeat or go back in time are kept.
 
 mod columns;
-mod csv;
+mod header;
+mod layout;
+mod names;
+mod number;
+mod read;
+mod source;
 mod statics;
+mod table;
 
-pub use columns::ColumnMap;
+pub use columns::{
+    AngleUnit, ColumnId, ColumnMap, Columns, LengthUnit, Motion, Others, Time, TimeUnit, Torque, TorqueUnit,
+};
 pub use statics::StaticPoses;
 
 use std::collections::BTreeMap;
+use std::io::Read;
 use std::path::Path;
 
 use crate::error::Result;
@@ -21,7 +31,7 @@ use crate::robot::Robot;
 pub struct Log {
     /// File name without folder.
     pub name: String,
-    /// Time stamps [s].
+    /// Time stamps in seconds; empty only where [`Log::open_states`] found none.
     pub t: Vec<f64>,
     /// Positions [rad, m].
     pub q: Vec<Vec<f64>>,
@@ -34,8 +44,35 @@ pub struct Log {
     /// Every other column by its header.
     pub channels: BTreeMap<String, Vec<f64>>,
     /// Rows left out while reading, by reason (`"not a number"`, ...).
-    pub dropped: BTreeMap<String, usize>,
+    pub dropped: BTreeMap<String, Dropped>,
+    /// Columns left out while reading, with the reason (no name, hardly any numbers).
+    pub ignored: BTreeMap<String, String>,
+    /// Whether the header called the joints by name (`q_elbow`) instead of by number (`q3`).
+    pub named_joints: bool,
 }
+
+/// Rows left out for one reason, and where the first of them stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Dropped {
+    /// How many.
+    pub rows: usize,
+    /// Line of the first, from 1.
+    pub first_line: usize,
+    /// Number of the field at fault in that line, from 1.
+    pub first_column: usize,
+}
+
+/// What a reader cannot do without, beside the positions.
+#[derive(Debug, Clone, Copy)]
+struct Needs {
+    time: bool,
+    rates: bool,
+    torque: bool,
+}
+
+const MEASUREMENT: Needs = Needs { time: true, rates: false, torque: true };
+const MOTION: Needs = Needs { time: true, rates: false, torque: false };
+const STATES: Needs = Needs { time: false, rates: true, torque: false };
 
 impl Log {
     /// Reads a CSV or `.csv.gz` log for `robot`; `columns` renames, rescales and reorders where given.
@@ -43,11 +80,45 @@ impl Log {
     /// # Errors
     /// When the file is not such a log; with file, line, column and remedy.
     pub fn open(path: impl AsRef<Path>, robot: &Robot, columns: Option<&ColumnMap>) -> Result<Self> {
-        csv::open(path.as_ref(), robot, columns)
+        read::open(path.as_ref(), robot, columns, MEASUREMENT)
+    }
+
+    /// As [`Log::open`], for motions recorded without torque: `tau` stays empty when no torque column is there.
+    ///
+    /// # Errors
+    /// When the file is not such a log; with file, line, column and remedy.
+    pub fn open_without_torque(
+        path: impl AsRef<Path>,
+        robot: &Robot,
+        columns: Option<&ColumnMap>,
+    ) -> Result<Self> {
+        read::open(path.as_ref(), robot, columns, MOTION)
+    }
+
+    /// Reads states for inverse dynamics: `q`, `dq` and `ddq` of every joint, with or without `t` and `tau`.
+    ///
+    /// # Errors
+    /// When the file is not such a table; with file, line, column and remedy.
+    pub fn open_states(path: impl AsRef<Path>, robot: &Robot) -> Result<Self> {
+        read::open(path.as_ref(), robot, None, STATES)
+    }
+
+    /// As [`Log::open`], from bytes that are at hand already (plain or gzip); `name` stands in the log
+    /// and in error messages.
+    ///
+    /// # Errors
+    /// When the bytes are not such a log; with line, column and remedy.
+    pub fn from_reader(
+        bytes: impl Read,
+        name: &str,
+        robot: &Robot,
+        columns: Option<&ColumnMap>,
+    ) -> Result<Self> {
+        read::read(Box::new(bytes), name, robot, columns, MEASUREMENT).map_err(|e| e.in_file(name))
     }
 
     /// Number of rows.
     pub fn rows(&self) -> usize {
-        self.t.len()
+        self.q.first().map_or(self.t.len(), Vec::len)
     }
 }
