@@ -181,6 +181,23 @@ fn fixed_links_are_merged() {
 }
 
 #[test]
+fn files_that_cannot_be_read_are_named() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let missing = Robot::open(folder.path().join("none.urdf")).expect_err("missing").to_string();
+    assert!(missing.contains("none.urdf") && missing.contains("help: "), "{missing}");
+
+    let latin = folder.path().join("latin.urdf");
+    std::fs::write(&latin, b"<robot>\n  <!-- \xe9 -->\n</robot>").expect("writes");
+    let latin = Robot::open(latin).expect_err("not UTF-8").to_string();
+    assert!(latin.contains("latin.urdf:2:8: ") && latin.contains("UTF-8"), "{latin}");
+
+    let table = folder.path().join("wrong.ron");
+    std::fs::write(&table, "(convention: Modified)").expect("writes");
+    let table = Robot::open(table).expect_err("no gravity").to_string();
+    assert!(table.contains("wrong.ron:1:22: the field `gravity` is missing"), "{table}");
+}
+
+#[test]
 fn real_ur10e_reads() {
     let Ok(data) = std::env::var("LACUNA_DATA") else {
         println!("skipped: LACUNA_DATA is not set");

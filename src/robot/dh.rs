@@ -18,10 +18,10 @@ use super::kinematics::{along_x, along_z};
 use super::plausibility::{Body, far_for};
 use super::{Frame, InertialParameters, Joint, Limits, Link, Pose, Robot};
 use crate::error::Result;
-use table::{Angles, Convention, FrameRow, Kind, LimitsRow, Located, Row, Screw};
+use table::{Angles, Convention, FrameRow, Kind, LimitsRow, Located, Parsed, Row, Screw};
 
 pub(super) fn read(text: &str) -> Result<Robot> {
-    let (table, rows, frames) = table::parse(text)?;
+    let Parsed { table, rows, frames } = table::parse(text)?;
     let units = Units { angles: table.angles, convention: table.convention };
     let mut robot = Robot {
         name: table.name.clone().unwrap_or_else(|| "robot".into()),

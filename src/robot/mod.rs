@@ -154,8 +154,10 @@ impl Robot {
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let read = || {
-            let bytes =
-                std::fs::read(path).map_err(|e| Error::new(format!("cannot read the robot file: {e}")))?;
+            let bytes = std::fs::read(path).map_err(|e| {
+                Error::new(format!("cannot read the robot file: {e}"))
+                    .help("check the path and its permissions")
+            })?;
             let text = std::str::from_utf8(&bytes).map_err(|e| not_utf8(&bytes[..e.valid_up_to()]))?;
             let is_table = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ron"));
             if is_table { Self::from_dh(text) } else { Self::from_urdf(text) }
@@ -163,7 +165,15 @@ impl Robot {
         read().map_err(|e| e.in_file(path))
     }
 
-    /// Reads a Denavit-Hartenberg table in RON.
+    /// Reads a Denavit-Hartenberg table in RON; `robots/panda.ron` shows one.
+    ///
+    /// A table has `convention` (`Modified`: `Rx(alpha) Tx(a) Rz(theta) Tz(d)`, link frame on the
+    /// joint's own axis; `Standard`: `Rz(theta) Tz(d) Tx(a) Rx(alpha)`, link frame at the far end),
+    /// `gravity` [m/s², base frame], `rows`, and optionally `name`, `angles` (`Radians` or `Degrees`,
+    /// for every angle in the file) and `frames` fixed to a link (the last one, or `link: 3`; 0 is the
+    /// base). A row has `a`, `d` [m], `alpha`, `theta`, and optionally `name`, `kind` (`Revolute` or
+    /// `Prismatic`), `limits` and `inertia`: `mass` [kg], `com` [m] and `tensor` about it [kg m²], in
+    /// the link frame. The joint moves `theta`, or `d` when prismatic; the value written is its offset.
     ///
     /// # Errors
     /// When the text is not such a table; the error has line and column but no file name.
@@ -171,7 +181,12 @@ impl Robot {
         dh::read(text)
     }
 
-    /// Reads a URDF.
+    /// Reads a URDF: a tree on a fixed base, with revolute, continuous, prismatic and fixed joints.
+    ///
+    /// Links on fixed joints are merged into the link that carries them, and kept as [`Frame`]s; the
+    /// root link is the base frame, and gravity 9.81 m/s² along its -z. Inertia, joints and limits are
+    /// read, everything else is left alone. Infinite limits are none, as is every position limit of a
+    /// `continuous` joint.
     ///
     /// # Errors
     /// When the text is not a usable URDF; the error has line and column but no file name.

@@ -94,9 +94,7 @@ impl Body<'_> {
         if small < -slack {
             Some(format!("its inertia is not positive definite ({moments})"))
         } else if small + middle < large - slack {
-            Some(format!(
-                "its inertia breaks the triangle inequality, the largest exceeds the sum of the others ({moments})"
-            ))
+            Some(format!("its inertia breaks the triangle inequality ({moments})"))
         } else {
             None
         }
@@ -109,14 +107,12 @@ impl Body<'_> {
         let distance = self.com.norm();
         if distance > far {
             return Some(format!(
-                "its centre of mass is {distance:.3} m from the link frame, far outside a robot of this size"
+                "its centre of mass is {distance:.3} m off the link frame, far outside the robot"
             ));
         }
         let gyration = (0.5 * self.inertia.trace().max(0.0) / self.mass).sqrt();
         if gyration > far {
-            Some(format!(
-                "its radius of gyration is {gyration:.3} m: mass and inertia do not fit together or their units are wrong"
-            ))
+            Some(format!("its radius of gyration is {gyration:.3} m: mass and inertia do not fit together"))
         } else if gyration < POINT {
             Some(format!(
                 "its radius of gyration is {gyration:.1e} m: a point mass, or inertia in wrong units"

@@ -205,9 +205,18 @@ impl<T> Located<T> {
     }
 }
 
-/// The table with its rows and frames.
-pub fn parse(text: &str) -> Result<(Table<'_>, Vec<Located<Row>>, Vec<Located<FrameRow>>)> {
+/// The whole file.
+pub struct Parsed<'a> {
+    pub table: Table<'a>,
+    pub rows: Vec<Located<Row>>,
+    pub frames: Vec<Located<FrameRow>>,
+}
+
+pub fn parse(text: &str) -> Result<Parsed<'_>> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if text.trim().is_empty() {
+        return Err(Error::new("the file is empty").at(1, 1).help(SHAPE));
+    }
     let table: Table = options().from_str(text).map_err(|e| placed(&e, (1, 1)))?;
     if table.rows.is_empty() {
         let help = "write one row per joint: rows: [(a: 0.0, alpha: 0.0, d: 0.3, theta: 0.0)]";
@@ -215,7 +224,7 @@ pub fn parse(text: &str) -> Result<(Table<'_>, Vec<Located<Row>>, Vec<Located<Fr
     }
     let rows = table.rows.iter().map(|row| located(text, row)).collect::<Result<_>>()?;
     let frames = table.frames.iter().map(|row| located(text, row)).collect::<Result<_>>()?;
-    Ok((table, rows, frames))
+    Ok(Parsed { table, rows, frames })
 }
 
 /// A field that may be left out is written without `Some(..)`.
@@ -254,7 +263,9 @@ fn blank_before(row: &str) -> usize {
 
 /// A RON error of a part of the text that begins at line and column `start`.
 fn placed(error: &ron::error::SpannedError, start: (usize, usize)) -> Error {
-    let at = error.span.start;
+    // The start of what is cut off says little, its end where to look.
+    let cut_off = matches!(error.code, ron::Error::Eof);
+    let at = if cut_off { error.span.end } else { error.span.start };
     let column = if at.line == 1 { start.1 + at.col - 1 } else { at.col };
     let (text, help) = explained(&error.code);
     Error::new(text).at(start.0 + at.line - 1, column).help(help)
@@ -269,8 +280,8 @@ fn explained(error: &ron::Error) -> (String, &'static str) {
     }
 }
 
-const SHAPE: &str = "a robot table has the fields name, convention, gravity, angles, rows, frames; \
-    robots/panda.ron shows all of them";
+const SHAPE: &str = "robots/panda.ron shows the shape: (name, convention, gravity, angles, rows: [(a, alpha, d, theta, \
+    name, kind, limits, inertia)], frames: [(name, a, alpha, d, theta, link)])";
 
 fn help_for(field: &str) -> &'static str {
     match field {

@@ -21,7 +21,8 @@ impl Inertial {
         element.remark_on_unknown_children(&["origin", "mass", "inertia"]);
         let origin = origin(element)?;
         let remedy = "complete it, or remove the whole <inertial> when nothing is known";
-        let mass = element.required_child("mass").map_err(|e| e.help(remedy))?.required("value")?.number()?;
+        let mass = element.required_child("mass").map_err(|e| e.help(remedy))?;
+        let mass = mass.required("value")?.number()?;
         let tensor = element.required_child("inertia").map_err(|e| e.help(remedy))?;
         let [xx, xy, xz, yy, yz, zz] =
             ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"].map(|name| tensor.required(name)?.number());
@@ -43,7 +44,12 @@ impl Inertial {
 /// The pose in an element's `<origin xyz rpy>`; identity where there is none.
 pub fn origin(element: Element) -> Result<Pose> {
     let Some(origin) = element.child("origin") else { return Ok(Pose::identity()) };
-    origin.only_attributes(&["xyz", "rpy"])?;
+    if let Some(quaternion) = origin.attribute("quat_xyzw") {
+        return Err(quaternion
+            .error("orientations as quaternions are not read")
+            .help("write it as rpy=\"roll pitch yaw\""));
+    }
+    origin.remark_on_unknown_attributes(&["xyz", "rpy"]);
     let triple = |name| origin.attribute(name).map_or(Ok(Vector3::zeros()), |a: Attribute| a.triple());
     Ok(Pose { translation: triple("xyz")?, rotation: from_roll_pitch_yaw(&triple("rpy")?) })
 }
@@ -70,7 +76,7 @@ pub fn kind(joint: Element) -> Result<Option<JointKind>> {
 /// The unit axis of a movable joint, in the joint frame; x where the file says nothing.
 pub fn axis(joint: Element) -> Result<Vector3<f64>> {
     let Some(axis) = joint.child("axis") else { return Ok(Vector3::x()) };
-    axis.only_attributes(&["xyz"])?;
+    axis.remark_on_unknown_attributes(&["xyz"]);
     let xyz = axis.required("xyz")?;
     let direction = xyz.triple()?;
     let size = direction.amax();

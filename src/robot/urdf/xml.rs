@@ -102,7 +102,8 @@ impl<'a> Element<'a> {
     }
 
     pub fn required_child(&self, tag: &'static str) -> Result<Element<'a>> {
-        self.child(tag).ok_or_else(|| self.error(format!("{} has no <{tag}>", self.described())))
+        let missing = || self.error(format!("{} has no <{tag}>", self.described()));
+        self.child(tag).ok_or_else(missing).map_err(|e| e.help(format!("add a <{tag}> element to it")))
     }
 
     /// Remarks once on each kind of child that is not in `known`: it might be a slip of the pen.
@@ -114,14 +115,18 @@ impl<'a> Element<'a> {
         }
     }
 
-    /// Refuses attributes that are not in `known`: left out silently they would change the robot.
-    pub fn only_attributes(&self, known: &[&str]) -> Result<()> {
-        let foreign = self.node.attributes().find(|a| a.namespace().is_none() && !known.contains(&a.name()));
-        foreign.map_or(Ok(()), |a| {
-            let text = format!("<{}> has no attribute `{}`", self.tag(), a.name());
-            let help = format!("it has {}; write the orientation as rpy, remove the rest", known.join(", "));
-            Err(self.source.error(a.range().start, text).help(help))
-        })
+    /// Remarks once on each kind of attribute that is not in `known`.
+    pub fn remark_on_unknown_attributes(&self, known: &[&str]) {
+        let foreign = |a: &roxmltree::Attribute| a.namespace().is_none() && !known.contains(&a.name());
+        for attribute in self.node.attributes().filter(foreign) {
+            if self.source.ignored.borrow_mut().insert((self.tag(), attribute.name())) {
+                self.remark(format!(
+                    "attribute `{}` of <{}> is not read by this program",
+                    attribute.name(),
+                    self.tag()
+                ));
+            }
+        }
     }
 
     pub fn attribute(&self, name: &'static str) -> Option<Attribute<'a>> {
@@ -136,7 +141,7 @@ impl<'a> Element<'a> {
         })
     }
 
-    /// `<joint> `elbow``, or the tag alone where it has no name.
+    /// The tag, with the name where there is one.
     fn described(&self) -> String {
         let name = self.node.attribute("name").map(|name| format!(" `{name}`"));
         format!("<{}>{}", self.tag(), name.unwrap_or_default())
