@@ -143,85 +143,6 @@ pub enum Commanded {
 }
 
 /// How data are held out.
-    #[serde(default)]
-    pub hold_out: HoldOut,
-    /// The friction path: rigid part frozen, sigmoid fitted to the rest (section IV-B).
-    #[serde(default)]
-    pub friction: Option<FrictionPath>,
-}
-
-fn one() -> u64 {
-    1
-}
-
-/// Where static poses come from.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub enum Poses {
-    /// A table `q1..qn, g1..gn, m11, m21, ..`.
-    File(PathBuf),
-    /// Read-outs of a model with these coefficients at random configurations within the joint limits.
-    ReadOut {
-        /// File of published coefficients.
-        coefficients: PathBuf,
-        /// Number of configurations.
-        count: usize,
-        /// Noise added to every read-out, as the relative error it makes [%].
-        noise_percent: f64,
-    },
-}
-
-/// Where logs come from.
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub enum Logs {
-    /// CSV files.
-    Files {
-        /// Logs to fit, looked for beside the scenario and then in the folder that `LACUNA_DATA` names.
-        fit: Vec<PathBuf>,
-        /// Logs that are never fitted, only predicted.
-        #[serde(default)]
-        validate: Vec<PathBuf>,
-        /// Column map for foreign headers.
-        #[serde(default)]
-        columns: Option<PathBuf>,
-        /// Shown when a log is not there: where to get it.
-        #[serde(default)]
-        missing: Option<String>,
-    },
-    /// A simulated run of the scenario's robot: forward dynamics under a tracking controller.
-    Simulated(Box<Simulated>),
-}
-
-/// A simulated run.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Simulated {
-    /// The commanded motion.
-    pub motion: Motion,
-    /// Length of the run [s].
-    pub duration_s: f64,
-    /// Sigmoid friction of every joint; none when empty.
-    #[serde(default)]
-    pub friction: Vec<SigmoidParameters>,
-    /// Sensors.
-    #[serde(default)]
-    pub sensors: crate::plant::Sensors,
-}
-
-/// Motions that can be commanded.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub enum Motion {
-    /// Finite Fourier series of the velocities (Table II of the supplement).
-    Fourier(FourierMotion),
-    /// Sinusoidal velocities (eq. 31).
-    Sinusoidal(SinusoidalVelocity),
-    /// The published exciting motion of the Panda (Table II).
-    PandaTableII,
-}
-
-/// How data are held out.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum HoldOut {
@@ -233,14 +154,14 @@ pub enum HoldOut {
         /// Period of the motion [s].
         period_s: f64,
         /// Number of folds.
-        folds: usize,
+        folds: u16,
     },
     /// Contiguous blocks, dealt out to folds in turn.
     Contiguous {
         /// Length of a block [s].
         block_s: f64,
         /// Number of folds.
-        folds: usize,
+        folds: u16,
     },
 }
 
@@ -271,7 +192,8 @@ impl Scenario {
     fn check(&self) -> Result<()> {
         self.signals.check()?;
         if self.poses.is_none() && self.logs.is_none() {
-            return Err(Error::new("the scenario has neither `poses` nor `logs`").help("give it something to identify from"));
+            return Err(Error::new("the scenario has neither `poses` nor `logs`")
+                .help("give it something to identify from"));
         }
         if let Some(Logs::Files { fit, .. }) = &self.logs
             && fit.is_empty()

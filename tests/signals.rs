@@ -22,7 +22,8 @@ fn motion(joint: usize, t: f64) -> [f64; 2] {
 fn log(ticks: &[f64], stamps: Vec<f64>, noise: f64) -> Log {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(7);
     let last = ticks.last().copied().unwrap_or(0.0) as usize;
-    let mut draw = |scale: f64| (0..=last).map(|_| scale * (random.random::<f64>() - 0.5)).collect::<Vec<_>>();
+    let mut draw =
+        |scale: f64| (0..=last).map(|_| scale * (random.random::<f64>() - 0.5)).collect::<Vec<_>>();
     let (q_noise, dq_noise, tau_noise) = (draw(noise), draw(20.0 * noise), draw(1e3 * noise));
     let mut log = Log { name: "simulated.csv".into(), t: stamps, ..Log::default() };
     let state = |j: usize, i: usize, noise: &[f64]| -> Vec<f64> {
@@ -30,7 +31,8 @@ fn log(ticks: &[f64], stamps: Vec<f64>, noise: f64) -> Log {
     };
     log.q = (0..2).map(|j| state(j, 0, &q_noise)).collect();
     log.dq = Some((0..2).map(|j| state(j, 1, &dq_noise)).collect());
-    let tau = |j: usize| ticks.iter().map(|&n| libm::cos(1e-3 * n + j as f64) + tau_noise[n as usize]).collect();
+    let tau =
+        |j: usize| ticks.iter().map(|&n| libm::cos(1e-3 * n + j as f64) + tau_noise[n as usize]).collect();
     log.tau = (0..2).map(tau).collect();
     log
 }
@@ -72,7 +74,11 @@ fn the_clock_of_an_asynchronous_reader_is_rebuilt_exactly() {
     let repeats = ticks.windows(2).filter(|w| w[1] - w[0] < 0.5).count();
     assert_eq!(report.rows_dropped["stale"], repeats);
     assert!(repeats > 200);
-    assert_eq!(report.samples, (ticks[ticks.len() - 1] - ticks[0]) as usize + 1, "no tick too many or too few");
+    assert_eq!(
+        report.samples,
+        (ticks[ticks.len() - 1] - ticks[0]) as usize + 1,
+        "no tick too many or too few"
+    );
     // The torque is untouched in this mode, so every logged one must stand at its own tick.
     for (row, tick) in ticks.iter().enumerate() {
         let sample = (tick - ticks[0]) as usize;
@@ -303,7 +309,9 @@ fn compare_ticks(log: &Log, reference: &[Vec<f64>]) {
 #[test]
 fn panda_motion_repeats_after_its_period() {
     let Some(path) = data("panda/exciting.csv") else { return };
-    for settings in [Settings::default(), Settings { mode: Mode::Parallel, trim_s: 1.0, ..Settings::default() }] {
+    for settings in
+        [Settings::default(), Settings { mode: Mode::Parallel, trim_s: 1.0, ..Settings::default() }]
+    {
         let (run, _) = prepared(&real_log(&path, 7, 15), &settings);
         let period = detect_period(&run).expect("it repeats");
         println!("period {period}");

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use crate::random::Stream;
 use crate::error::{Error, Result};
+use crate::random::Stream;
 use crate::robot::{Joint, JointKind, Robot};
 
 /// The positions a joint may take `(lower, upper)` [rad, m].

@@ -4,9 +4,9 @@ use std::f64::consts::{PI, TAU};
 
 use serde::{Deserialize, Serialize};
 
-use crate::random::Stream;
 use super::{Motion, all_finite, position_range, positive_duration};
 use crate::error::{Error, Result};
+use crate::random::Stream;
 use crate::robot::{Joint, Robot};
 
 /// Speed limit assumed for a random motion where the robot file has none [rad/s, m/s].

@@ -42,7 +42,12 @@ impl Evidence {
         Self::gather(model, runs, folds, Some((x, weight)))
     }
 
-    fn gather(model: &Model, runs: &[Run], folds: &Folds, robust: Option<(&[f64], &RowWeight<'_>)>) -> Result<Self> {
+    fn gather(
+        model: &Model,
+        runs: &[Run],
+        folds: &Folds,
+        robust: Option<(&[f64], &RowWeight<'_>)>,
+    ) -> Result<Self> {
         let empty = || Self::empty(model, usize::from(folds.count));
         let offsets = first_rows(runs);
         let fold_of = |run: usize, row: usize| usize::from(folds.fold[offsets[run] + row]);
@@ -51,13 +56,16 @@ impl Evidence {
             runs,
             || (empty(), Scratch::default()),
             |(evidence, scratch), view| {
-                view.split_by(|row| fold_of(view.run, row), |fold, part| {
-                    for (joint, triangle) in evidence.triangles[fold].iter_mut().enumerate() {
-                        scratch.load(model, part, joint, robust);
-                        triangle.absorb(&mut scratch.block, part.rows.len());
-                    }
-                    Ok(())
-                })
+                view.split_by(
+                    |row| fold_of(view.run, row),
+                    |fold, part| {
+                        for (joint, triangle) in evidence.triangles[fold].iter_mut().enumerate() {
+                            scratch.load(model, part, joint, robust);
+                            triangle.absorb(&mut scratch.block, part.rows.len());
+                        }
+                        Ok(())
+                    },
+                )
             },
         )?;
         let mut all = empty();
@@ -83,8 +91,7 @@ impl Evidence {
 
     /// All folds but `left_out` together, per joint.
     pub fn merged(&self, left_out: Option<usize>) -> Vec<Triangle> {
-        let mut sum: Vec<Triangle> =
-            self.triangles[0].iter().map(|t| Triangle::new(t.columns())).collect();
+        let mut sum: Vec<Triangle> = self.triangles[0].iter().map(|t| Triangle::new(t.columns())).collect();
         for (fold, triangles) in self.triangles.iter().enumerate() {
             if Some(fold) != left_out {
                 for (s, t) in sum.iter_mut().zip(triangles) {
@@ -122,7 +129,13 @@ struct Scratch {
 
 impl Scratch {
     /// Copies the rows of one joint, padded, torque last, and scales them when the fit is robust.
-    fn load(&mut self, model: &Model, part: &RowView<'_>, joint: usize, robust: Option<(&[f64], &RowWeight<'_>)>) {
+    fn load(
+        &mut self,
+        model: &Model,
+        part: &RowView<'_>,
+        joint: usize,
+        robust: Option<(&[f64], &RowWeight<'_>)>,
+    ) {
         let (rows, width) = (part.rows.len(), model.active[joint].len());
         let length = Triangle::padded(rows);
         self.block.clear();

@@ -35,7 +35,8 @@ pub struct SigmoidFit {
 /// Steepest sigmoid that is looked for [s/rad]; steeper ones are a sign function at any sampled speed.
 const STEEPEST: f64 = 1e4;
 /// Starting steepness and shift, in the spread of the published values (Table I of the supplement).
-const STARTS: [(f64, f64); 6] = [(5.0, 0.0), (20.0, 0.02), (20.0, -0.02), (60.0, 0.0), (150.0, 0.0), (2.0, 0.1)];
+const STARTS: [(f64, f64); 6] =
+    [(5.0, 0.0), (20.0, 0.02), (20.0, -0.02), (60.0, 0.0), (150.0, 0.0), (2.0, 0.1)];
 
 /// Fits eq. 25 to pairs of velocity [rad/s] and remaining torque [N m], from several starts; the best wins.
 pub fn fit_sigmoid(velocity: &[f64], torque: &[f64], search: Search) -> SigmoidFit {
@@ -136,7 +137,8 @@ fn gradient(data: &Data<'_>, start: SigmoidParameters) -> (SigmoidParameters, us
     let (found, evaluations) = levenberg_marquardt(x, |x, rows| {
         let p = unpack(x);
         for (&v, &t) in data.velocity.iter().zip(data.torque) {
-            let (a, b) = (crate::effects::logistic(p.phi2 * (v + p.phi3)), crate::effects::logistic(p.phi2 * p.phi3));
+            let (a, b) =
+                (crate::effects::logistic(p.phi2 * (v + p.phi3)), crate::effects::logistic(p.phi2 * p.phi3));
             let (da, db) = (a * (1.0 - a), b * (1.0 - b));
             let slope2 = p.phi1 * (da * (v + p.phi3) - db * p.phi3) * p.phi2;
             let slope3 = p.phi1 * p.phi2 * (da - db);

@@ -50,26 +50,28 @@ type Piece = (usize, usize, Vec<f64>);
 /// Scores summed over consecutive pieces of every run, in order: `(run, piece number, score)`.
 fn score_pieces(model: &Model, runs: &[Run], x: &[f64], weights: &[f64]) -> Result<Vec<Piece>> {
     let p = model.columns.len();
-    let per_piece: Vec<usize> = runs
-        .iter()
-        .map(|r| ((PIECE_S / r.rows().dt).round() as usize).max(1))
-        .collect();
+    let per_piece: Vec<usize> =
+        runs.iter().map(|r| ((PIECE_S / r.rows().dt).round() as usize).max(1)).collect();
     let parts = over_rows(model, runs, Vec::<Piece>::new, |pieces, view| {
-        view.split_by(|row| row / per_piece[view.run], |number, part| {
-            if pieces.last().is_none_or(|last| (last.0, last.1) != (view.run, number)) {
-                pieces.push((view.run, number, vec![0.0; p]));
-            }
-            let Some((_, _, score)) = pieces.last_mut() else { return Ok(()) };
-            for joint in 0..model.robot.dof() {
-                let residual = residuals(model, part, joint, x);
-                let w = weights[joint] * weights[joint];
-                for (local, &column) in model.active[joint].iter().enumerate() {
-                    let dot: f64 = part.column(joint, local).iter().zip(&residual).map(|(y, r)| y * r).sum();
-                    score[column] += w * dot;
+        view.split_by(
+            |row| row / per_piece[view.run],
+            |number, part| {
+                if pieces.last().is_none_or(|last| (last.0, last.1) != (view.run, number)) {
+                    pieces.push((view.run, number, vec![0.0; p]));
                 }
-            }
-            Ok(())
-        })
+                let Some((_, _, score)) = pieces.last_mut() else { return Ok(()) };
+                for joint in 0..model.robot.dof() {
+                    let residual = residuals(model, part, joint, x);
+                    let w = weights[joint] * weights[joint];
+                    for (local, &column) in model.active[joint].iter().enumerate() {
+                        let dot: f64 =
+                            part.column(joint, local).iter().zip(&residual).map(|(y, r)| y * r).sum();
+                        score[column] += w * dot;
+                    }
+                }
+                Ok(())
+            },
+        )
     })?;
     let mut all: Vec<Piece> = Vec::new();
     for piece in parts.into_iter().flatten() {

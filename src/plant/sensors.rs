@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::per_joint::PerJoint;
 use super::{Truth, simulation::Row};
 use crate::error::{Error, Result};
-use crate::random::Stream;
 use crate::log::Log;
+use crate::random::Stream;
 
 /// The robot's sensors, sampled on one regular clock, and who reads them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

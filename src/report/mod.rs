@@ -1,9 +1,5 @@
 //! Results as plain data, in the layout of `report.json`; and as text for people.
 
-mod text;
-
-pub use text::render;
-
 use std::collections::BTreeMap;
 
 use serde::Serialize;

@@ -86,12 +86,14 @@ pub(super) fn decide(log: &Log, rows: &[usize], choice: ClockChoice) -> Result<C
     let rebuilt = motion.and_then(|m| rebuild::rebuild(&m));
     match (rebuilt, choice) {
         (Some(r), ClockChoice::Rebuilt) => Ok(with_rebuilt(r, raw)),
-        (Some(r), _) if r.keeps_up && PROOF * r.mismatch < mismatch.unwrap_or(0.0) => Ok(with_rebuilt(r, raw)),
-        (None, ClockChoice::Rebuilt) => {
-            Err(Error::new("the sample clock cannot be rebuilt: that takes logged velocities of a moving robot")
-                .in_file(&log.name)
-                .help("set `clock: Auto`, or log dq"))
+        (Some(r), _) if r.keeps_up && PROOF * r.mismatch < mismatch.unwrap_or(0.0) => {
+            Ok(with_rebuilt(r, raw))
         }
+        (None, ClockChoice::Rebuilt) => Err(Error::new(
+            "the sample clock cannot be rebuilt: that takes logged velocities of a moving robot",
+        )
+        .in_file(&log.name)
+        .help("set `clock: Auto`, or log dq")),
         _ => Ok(by_stamps),
     }
 }
@@ -179,7 +181,8 @@ mod tests {
 
     #[test]
     fn wandering_stamps_stay_as_they_are() {
-        let stamps: Vec<f64> = (0..500).map(|k| 0.01 * k as f64 + 0.02 * libm::sin(0.01 * k as f64)).collect();
+        let stamps: Vec<f64> =
+            (0..500).map(|k| 0.01 * k as f64 + 0.02 * libm::sin(0.01 * k as f64)).collect();
         let (used, period, at) = from_stamps(&stamps, None, None);
         assert_eq!(used, "stamps");
         assert!((at[499] * period - stamps[499]).abs() < 1e-12);

@@ -56,7 +56,8 @@ impl ZeroPhase {
             return Err(Error::new(what).help(format!("choose one above 0 and below {nyquist} Hz")));
         }
         let warped = libm::tan(PI * cutoff_hz * dt);
-        let mut sections: Vec<Section> = (0..order / 2).map(|pair| second_order(warped, order, pair)).collect();
+        let mut sections: Vec<Section> =
+            (0..order / 2).map(|pair| second_order(warped, order, pair)).collect();
         if order % 2 == 1 {
             sections.push(first_order(warped));
         }
@@ -171,7 +172,10 @@ fn second_order(warped: f64, order: usize, pair: usize) -> Section {
     let (linear, square) = (damping * warped, warped * warped);
     let scale = 1.0 / (1.0 + linear + square);
     let gain = square * scale;
-    Section { b: [gain, 2.0 * gain, gain], a: [2.0 * (square - 1.0) * scale, (1.0 - linear + square) * scale] }
+    Section {
+        b: [gain, 2.0 * gain, gain],
+        a: [2.0 * (square - 1.0) * scale, (1.0 - linear + square) * scale],
+    }
 }
 
 fn first_order(warped: f64) -> Section {
@@ -341,9 +345,14 @@ mod tests {
 
     #[test]
     fn impossible_designs_and_short_signals_are_refused() {
-        for (order, cutoff, dt) in
-            [(0, 5.0, 0.01), (9, 5.0, 0.01), (4, 50.0, 0.01), (4, 0.0, 0.01), (4, f64::NAN, 0.01), (4, 5.0, 0.0)]
-        {
+        for (order, cutoff, dt) in [
+            (0, 5.0, 0.01),
+            (9, 5.0, 0.01),
+            (4, 50.0, 0.01),
+            (4, 0.0, 0.01),
+            (4, f64::NAN, 0.01),
+            (4, 5.0, 0.0),
+        ] {
             assert!(ZeroPhase::butterworth(order, cutoff, dt).is_err(), "{order} {cutoff} {dt}");
         }
         let filter = low_pass(4, 5.0, 0.01);

@@ -26,7 +26,8 @@ pub fn prepare(log: &Log, settings: &Settings) -> Result<(Run, SignalReport)> {
     }
     let grid = Grid::new(&clock.rows, &clock.at);
     let logged = logged_velocity(log, settings)?;
-    let design = Design::new(settings, clock.report.period_s, grid.len()).map_err(|e| e.in_file(&log.name))?;
+    let design =
+        Design::new(settings, clock.report.period_s, grid.len()).map_err(|e| e.in_file(&log.name))?;
     let report = report(log, settings, cleaned, &clock, &grid, &design, logged.is_some());
 
     let motion = design.motion.as_ref().unwrap_or(&design.band);

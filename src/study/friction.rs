@@ -34,9 +34,8 @@ impl Study<'_> {
         };
         self.say("fitting sigmoid friction joint by joint");
         let prediction = predict(&rigid, &moving.runs, &x)?;
-        let joints: Vec<usize> = (0..self.robot.dof())
-            .filter(|&j| self.robot.joints[j].kind == JointKind::Revolute)
-            .collect();
+        let joints: Vec<usize> =
+            (0..self.robot.dof()).filter(|&j| self.robot.joints[j].kind == JointKind::Revolute).collect();
         Ok(joints
             .into_par_iter()
             .map(|j| {

@@ -89,11 +89,8 @@ impl Study<'_> {
         };
         let static_model = poses.as_ref().map(|p| &p.model);
         let model = moving.as_ref().map(|m| &m.model).or(static_model).cloned();
-        let identifications: Vec<_> = poses
-            .into_iter()
-            .map(|p| p.report)
-            .chain(moving.into_iter().map(|m| m.report))
-            .collect();
+        let identifications: Vec<_> =
+            poses.into_iter().map(|p| p.report).chain(moving.into_iter().map(|m| m.report)).collect();
         let report = Report {
             lacuna: env!("CARGO_PKG_VERSION").to_string(),
             seed: self.seed,

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::excitation::{FourierMotion, Motion, Ramped, panda_table_ii};
-use crate::identify::{Errors, Evidence, Fit, Weighting, fit, fit_huber, held_out, relative_deviations, with_robust_sd};
+use crate::identify::{
+    Errors, Evidence, Fit, Weighting, fit, fit_huber, held_out, relative_deviations, with_robust_sd,
+};
 use crate::log::{ColumnMap, Log};
 use crate::model::Model;
 use crate::model_file::ModelFile;
@@ -69,7 +71,9 @@ impl Study<'_> {
                 let all = |files: &[PathBuf]| -> Result<Vec<Log>> {
                     files
                         .iter()
-                        .map(|file| open(&self.find(file).ok_or_else(|| not_there(file, missing.as_deref()))?))
+                        .map(|file| {
+                            open(&self.find(file).ok_or_else(|| not_there(file, missing.as_deref()))?)
+                        })
                         .collect()
                 };
                 Ok(Some((all(fit)?, all(validate)?)))

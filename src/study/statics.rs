@@ -108,8 +108,11 @@ impl Study<'_> {
                 published: known.as_ref().map(|k| k[i]),
             })
             .collect();
-        let silent: Vec<String> =
-            fit.silent_gravity.iter().map(|j| format!("g{} carries nothing and is left out", j + 1)).collect();
+        let silent: Vec<String> = fit
+            .silent_gravity
+            .iter()
+            .map(|j| format!("g{} carries nothing and is left out", j + 1))
+            .collect();
         Ok(Identification {
             label: "static poses".to_string(),
             mode: "static".to_string(),
