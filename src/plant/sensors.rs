@@ -12,7 +12,7 @@ use crate::log::Log;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Sensors {
-    /// Sampling time [s].
+    /// Sampling time \[s\].
     pub sampling_time_s: f64,
     /// Standard deviation of white noise on positions [rad, m].
     pub position_noise: PerJoint,
@@ -34,13 +34,13 @@ pub struct Sensors {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Reader {
-    /// Mean time between two readings, stalls aside [s].
+    /// Mean time between two readings, stalls aside \[s\].
     pub period_s: f64,
     /// Standard deviation of that time, as a fraction of it.
     pub jitter: f64,
     /// Chance that a reading stalls.
     pub stall_chance: f64,
-    /// Mean length of a stall [s]; lengths are exponentially distributed.
+    /// Mean length of a stall \[s\]; lengths are exponentially distributed.
     pub stall_s: f64,
 }
 
