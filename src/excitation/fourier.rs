@@ -25,7 +25,7 @@ pub struct FourierMotion {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Written {
-    /// Fundamental period [s].
+    /// Fundamental period \[s\].
     period_s: f64,
     /// Cosine amplitudes of the velocity [rad/s, m/s].
     a: Vec<Vec<f64>>,
@@ -36,7 +36,7 @@ struct Written {
 }
 
 impl FourierMotion {
-    /// From the period [s], velocity amplitudes `a[harmonic][joint]` and `b[harmonic][joint]` [rad/s, m/s],
+    /// From the period \[s\], velocity amplitudes `a[harmonic][joint]` and `b[harmonic][joint]` [rad/s, m/s],
     /// and mean positions `q0` [rad, m].
     ///
     /// # Errors
@@ -117,7 +117,7 @@ impl FourierMotion {
         (swing, speed)
     }
 
-    /// Fundamental period [s].
+    /// Fundamental period \[s\].
     pub fn period_s(&self) -> f64 {
         self.written.period_s
     }

@@ -23,7 +23,7 @@ pub trait Motion: Debug + Send + Sync {
     /// Number of joints it moves.
     fn dof(&self) -> usize;
 
-    /// Writes position [rad, m], velocity [1/s of that] and acceleration [1/s² of that] at time `t` [s].
+    /// Writes position [rad, m], velocity [1/s of that] and acceleration [1/s² of that] at time `t` \[s\].
     ///
     /// # Panics
     /// When a slice is shorter than [`Motion::dof`].

@@ -3,7 +3,7 @@
 use super::{FourierMotion, SinusoidalVelocity};
 use crate::error::Result;
 
-/// Fundamental period of Table II [s].
+/// Fundamental period of Table II \[s\].
 const PERIOD: f64 = 13.333;
 
 /// Table II, rows a1..a5 [rad/s].
@@ -24,7 +24,7 @@ const SINES: [[f64; 7]; 5] = [
     [0.2357, 0.4252, 0.2726, 0.3693, 0.2448, -0.0698, -0.4833],
 ];
 
-/// Table II, row q0 [rad].
+/// Table II, row q0 \[rad\].
 const CENTER: [f64; 7] = [-0.5850, -0.1744, -0.3373, -1.8767, -1.0631, 1.7917, -0.7284];
 
 /// The exciting motion of Table II of the paper's supplement: five harmonics of a period of 13.333 s.
@@ -41,8 +41,8 @@ pub const PANDA_EQ_31_AMPLITUDES: [f64; 7] = [2.21, -2.21, 1.2, -2.1, -2.3, 2.1,
 
 /// The sinusoidal validation motion of eq. 31 with the amplitudes of the paper's Table I.
 ///
-/// The periods T_1..T_7 [s] of that table could not be read from the text at hand and are therefore asked
-/// for, as are the starting positions `q0` [rad], which the paper does not give.
+/// The periods T_1..T_7 \[s\] of that table could not be read from the text at hand and are therefore asked
+/// for, as are the starting positions `q0` \[rad\], which the paper does not give.
 ///
 /// # Errors
 /// When a period is not positive or a number is not finite.

@@ -19,7 +19,7 @@ pub struct Ramped<M> {
 }
 
 impl<M: Motion> Ramped<M> {
-    /// Ramps of `ramp_s` [s] around the first `duration_s` [s] of `motion`.
+    /// Ramps of `ramp_s` \[s\] around the first `duration_s` \[s\] of `motion`.
     ///
     /// # Errors
     /// When one of the times is not positive.
@@ -29,7 +29,7 @@ impl<M: Motion> Ramped<M> {
         Ok(Self { motion, duration_s, ramp_s })
     }
 
-    /// Time from rest to rest [s].
+    /// Time from rest to rest \[s\].
     pub fn total_s(&self) -> f64 {
         self.duration_s + 2.0 * self.ramp_s
     }
@@ -96,7 +96,7 @@ mod tests {
         let [x, y] = &mut rest;
         plain.at(3.25, &mut a, x, y);
         ramped.at(3.75, &mut b, x, y);
-        assert_eq!(a, b);
+        assert_eq!(a.map(f64::to_bits), b.map(f64::to_bits));
         Ok(())
     }
 }

@@ -21,14 +21,14 @@ pub struct SinusoidalVelocity {
 struct Written {
     /// Largest speed of each joint, signed [rad/s, m/s].
     amplitudes: Vec<f64>,
-    /// Period of each joint [s].
+    /// Period of each joint \[s\].
     periods_s: Vec<f64>,
     /// Start [rad, m].
     q0: Vec<f64>,
 }
 
 impl SinusoidalVelocity {
-    /// From velocity amplitudes [rad/s, m/s], periods [s] and starting positions [rad, m], one per joint.
+    /// From velocity amplitudes [rad/s, m/s], periods \[s\] and starting positions [rad, m], one per joint.
     ///
     /// # Errors
     /// When the lists differ in length or are empty, a number is not finite, or a period not positive.

@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Controller {
-    /// Bandwidth `w / 2 pi` of the position loops [Hz].
+    /// Bandwidth `w / 2 pi` of the position loops \[Hz\].
     pub bandwidth_hz: f64,
     /// Damping ratio `z` of the position loops.
     pub damping_ratio: f64,

@@ -7,7 +7,7 @@ use crate::error::Result;
 /// The plant at one instant. Slices have one entry per joint.
 #[derive(Debug, Clone, Copy)]
 pub struct Moment<'a> {
-    /// Time [s].
+    /// Time \[s\].
     pub t: f64,
     /// Positions [rad, m].
     pub q: &'a [f64],
@@ -23,7 +23,7 @@ pub struct Moment<'a> {
 ///
 /// One effect is one struct in one file; its RON name is that of the same effect in identification:
 /// `{"viscous_friction": (coefficients: [1.0])}`. Effects with memory keep it in states that are integrated
-/// together with the motion. Inertia that needs the acceleration goes into [`PlantEffect::armature`]; an
+/// together with the motion. Inertia that needs the acceleration goes into [`PlantEffect::add_armature`]; an
 /// effect cannot depend on the acceleration otherwise, nor act on what sensors see.
 #[typetag::serde]
 pub trait PlantEffect: Debug + Send + Sync {

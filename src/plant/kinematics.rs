@@ -50,7 +50,7 @@ impl Kinematics {
         let mut joints = Vec::with_capacity(robot.dof());
         for joint in &robot.joints {
             let length = joint.axis.norm();
-            if !((length - 1.0).abs() < 1e-9) {
+            if !length.is_finite() || (length - 1.0).abs() > 1e-9 {
                 let what = format!("the axis of joint `{}` has length {length}", joint.name);
                 return Err(Error::new(what).help("give a unit vector"));
             }

@@ -12,7 +12,7 @@ use crate::random::Stream;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Sensors {
-    /// Sampling time [s].
+    /// Sampling time \[s\].
     pub sampling_time_s: f64,
     /// Standard deviation of white noise on positions [rad, m].
     pub position_noise: PerJoint,
@@ -34,13 +34,13 @@ pub struct Sensors {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Reader {
-    /// Mean time between two readings, stalls aside [s].
+    /// Mean time between two readings, stalls aside \[s\].
     pub period_s: f64,
     /// Standard deviation of that time, as a fraction of it.
     pub jitter: f64,
     /// Chance that a reading stalls.
     pub stall_chance: f64,
-    /// Mean length of a stall [s]; lengths are exponentially distributed.
+    /// Mean length of a stall \[s\]; lengths are exponentially distributed.
     pub stall_s: f64,
 }
 
@@ -62,7 +62,7 @@ impl Default for Sensors {
 impl Default for Reader {
     /// About as many repeated (6 %) and skipped (8 %) samples of a 1 kHz clock as in the public log of Gaz et al. 2019.
     fn default() -> Self {
-        Self { period_s: 1e-3, jitter: 0.12, stall_chance: 0.01, stall_s: 2.2e-3 }
+        Self { period_s: 1e-3, jitter: 0.17, stall_chance: 0.01, stall_s: 2.2e-3 }
     }
 }
 
@@ -251,6 +251,7 @@ mod tests {
         let steps = |p: fn(usize) -> bool| rows.windows(2).filter(|w| p(w[1].sample - w[0].sample)).count();
         let (repeats, skips) = (steps(|d| d == 0) as f64, steps(|d| d > 1) as f64);
         let n = rows.len() as f64;
+        println!("{:.1} % repeats, {:.1} % skips", 100.0 * repeats / n, 100.0 * skips / n);
         assert!(
             (0.03..0.10).contains(&(repeats / n)) && (0.04..0.12).contains(&(skips / n)),
             "{repeats} {skips}"

@@ -29,7 +29,7 @@ pub struct Simulation {
 /// One row of a simulated log.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// Time written into the log [s].
+    /// Time written into the log \[s\].
     pub stamp: f64,
     /// Index of the sample in [`Truth`] that was read.
     pub sample: usize,
@@ -39,7 +39,7 @@ pub struct Row {
 /// `k`. Torque and acceleration fulfil the equation of motion to rounding at every sample.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Truth {
-    /// Time [s].
+    /// Time \[s\].
     pub t: Vec<f64>,
     /// Positions [rad, m].
     pub q: Vec<Vec<f64>>,

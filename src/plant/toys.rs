@@ -81,12 +81,12 @@ impl Builder {
     }
 }
 
-/// A frame shifted by (x, y, z) [m].
+/// A frame shifted by (x, y, z) \[m\].
 pub fn shift(x: f64, y: f64, z: f64) -> Pose {
     Pose { rotation: Matrix3::identity(), translation: Vector3::new(x, y, z) }
 }
 
-/// A frame turned about `axis` by `angle` [rad] and shifted by `translation` [m].
+/// A frame turned about `axis` by `angle` \[rad\] and shifted by `translation` \[m\].
 pub fn turned(axis: Vector3<f64>, angle: f64, translation: Vector3<f64>) -> Pose {
     let rotation = Rotation3::from_axis_angle(&Unit::new_normalize(axis), angle).into_inner();
     Pose { rotation, translation }
@@ -103,7 +103,7 @@ pub fn pendulum(mass: f64, length: f64, inertia: f64) -> Robot {
     Builder::new("pendulum").joint("pivot", JointKind::Revolute, None, Pose::identity(), axis, bob).build()
 }
 
-/// Masses [kg], lengths [m] and inertias about centres of mass [kg m²] of [`two_link`].
+/// Masses \[kg\], lengths \[m\] and inertias about centres of mass [kg m²] of [`two_link`].
 #[derive(Debug, Clone, Copy)]
 pub struct TwoLink {
     /// Mass of the first link.
@@ -150,7 +150,7 @@ fn two_link_with(first: Pose, second: Pose) -> Robot {
         .build()
 }
 
-/// Numbers of [`cart_pole`]: masses [kg], length [m], inertia about the pole's centre of mass [kg m²].
+/// Numbers of [`cart_pole`]: masses \[kg\], length \[m\], inertia about the pole's centre of mass [kg m²].
 #[derive(Debug, Clone, Copy)]
 pub struct CartPole {
     /// Mass of the cart.

@@ -8,7 +8,7 @@ use super::kinematics::{Kinematics, bodies};
 use crate::error::Result;
 use crate::robot::{InertialParameters, JointKind, Pose, Robot};
 
-/// Mechanical energy of a robot [J].
+/// Mechanical energy of a robot \[J\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Energy {
     /// Of motion.
