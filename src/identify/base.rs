@@ -5,6 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::kernels::{Chain, State, Twists, Workspace, regressor};
+use crate::linalg::product;
 use crate::robot::{PARAMETER_NAMES, PARAMETERS_PER_LINK, Robot};
 
 /// Columns whose remainder is below this part of their size depend on earlier ones. Robot files print
@@ -44,7 +45,7 @@ impl BaseParameters {
 
     /// Values of the combinations for stacked link parameters.
     pub fn coefficients(&self, parameters: &[f64]) -> Vec<f64> {
-        (&self.map * DVector::from_column_slice(parameters)).iter().copied().collect()
+        self.map.row_iter().map(|row| row.iter().zip(parameters).map(|(f, p)| f * p).sum()).collect()
     }
 
     /// The simplest link parameters with these coefficients: pivots take the values, all others are 0.
@@ -156,7 +157,7 @@ fn independent_columns(y: &DMatrix<f64>, order: &[usize]) -> Vec<usize> {
 fn dependence(y: &DMatrix<f64>, pivots: &[usize]) -> DMatrix<f64> {
     let lead = y.select_columns(pivots);
     let qr = lead.qr();
-    let mut factors = qr.q().transpose() * y;
+    let mut factors = product(&qr.q().transpose(), y);
     let solved = qr.r().solve_upper_triangular_mut(&mut factors);
     debug_assert!(solved, "pivot columns are independent");
     factors.map(|f| {

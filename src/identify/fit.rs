@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::linalg::{Solution, Triangle, condition_number};
+use crate::linalg::{Solution, Triangle, condition_number, product};
 use crate::model::Model;
 use crate::signals::{Folds, Run};
 
@@ -173,7 +173,7 @@ pub fn with_robust_sd(model: &Model, runs: &[Run], evidence: &Evidence, mut fit:
     let total = stack(model, &evidence.merged(None), &fit.weights, &kept);
     let inverse = Solution::new(&total)?.inverse;
     let scores = score_variance(model, runs, &fit.x, &fit.weights)?.select_columns(&kept).select_rows(&kept);
-    let sandwich = &inverse * scores * &inverse;
+    let sandwich = product(&product(&inverse, &scores), &inverse);
     fit.robust_sd = vec![f64::NAN; model.columns.len()];
     for (i, &column) in kept.iter().enumerate() {
         fit.robust_sd[column] = sandwich[(i, i)].max(0.0).sqrt();

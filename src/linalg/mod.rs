@@ -4,5 +4,5 @@ mod lanes;
 mod solve;
 mod triangle;
 
-pub use solve::{Solution, condition_number};
+pub use solve::{Solution, condition_number, product};
 pub use triangle::Triangle;

@@ -41,7 +41,7 @@ impl Solution {
         let root = r.solve_upper_triangular(&DMatrix::identity(n, n)).ok_or_else(dependent)?;
         Ok(Self {
             x: x.iter().copied().collect(),
-            inverse: &root * root.transpose(),
+            inverse: product(&root, &root.transpose()),
             residual_squares: triangle.at(n, n).powi(2),
             rows: triangle.rows(),
         })
@@ -58,6 +58,12 @@ impl Solution {
 pub fn condition_number(triangle: &Triangle) -> f64 {
     let values = factor(triangle).singular_values();
     values.max() / values.min()
+}
+
+/// `a b` by plain sums. The library's own product of large matrices fuses multiplication and addition on
+/// some processors, and results must not depend on the processor.
+pub fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    DMatrix::from_fn(a.nrows(), b.ncols(), |i, j| (0..a.ncols()).map(|k| a[(i, k)] * b[(k, j)]).sum())
 }
 
 fn factor(triangle: &Triangle) -> DMatrix<f64> {

@@ -31,7 +31,8 @@ pub(super) struct Cleaned {
 /// Drops what is no measurement and keeps the longest stretch without a gap above `max_gap_s`.
 pub(super) fn clean(log: &Log, max_gap_s: f64) -> Result<Cleaned> {
     check_shape(log)?;
-    let mut dropped = log.dropped.clone();
+    let mut dropped: BTreeMap<String, usize> =
+        log.dropped.iter().map(|(reason, d)| (reason.clone(), d.rows)).collect();
     let mut drop = |reason: &str, rows: usize| {
         if rows > 0 {
             *dropped.entry(reason.to_owned()).or_default() += rows;

@@ -122,7 +122,7 @@ fn report(
 ) -> SignalReport {
     SignalReport {
         log: log.name.clone(),
-        rows_read: log.rows() + log.dropped.values().sum::<usize>(),
+        rows_read: log.rows() + log.dropped.values().map(|d| d.rows).sum::<usize>(),
         rows_dropped: cleaned.dropped,
         segments: cleaned.segments,
         clock: clock.report.clone(),

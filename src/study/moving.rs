@@ -14,7 +14,7 @@ use crate::plant::Plant;
 use crate::predict::{predict, prediction_errors};
 use crate::report::{Coefficient, Identification, Validation, finite, joint_errors};
 use crate::scenario::{Commanded, HoldOut, Logs, Simulated};
-use crate::signals::{Folds, Mode, Rows, Run, prepare};
+use crate::signals::{Folds, Rows, Run, prepare};
 
 use super::{Study, too_few_rows};
 

@@ -7,6 +7,7 @@ use crate::error::{Error, Result};
 use crate::excitation::random_configurations;
 use crate::identify::{BaseParameters, StaticFit, parameter_name, relative_deviations};
 use crate::kernels::{Chain, static_regressor};
+use crate::linalg::product;
 use crate::log::StaticPoses;
 use crate::model::Model;
 use crate::model_file::ModelFile;
@@ -164,7 +165,7 @@ pub(super) fn read_out(chain: &Chain, parameters: &[f64], q: Vec<Vec<f64>>, name
             column.push(value);
         }
     }
-    StaticPoses { name: name.to_string(), q, g, m }
+    StaticPoses { name: name.to_string(), q, g, m, dropped: Default::default() }
 }
 
 /// The same read-outs with white noise on every row that carries something.
@@ -199,8 +200,8 @@ fn drop_counts(
     let deviations = fit.standard_deviations(sigma);
     let mut gauss = Stream::new(seed, DRAW_STREAM);
     for _ in 0..draws {
-        let z = nalgebra::DVector::from_fn(counts.len(), |_, _| gauss.normal());
-        let moved = &root * z * sigma;
+        let z = nalgebra::DMatrix::from_fn(counts.len(), 1, |_, _| gauss.normal());
+        let moved = product(&root, &z) * sigma;
         for (i, count) in counts.iter_mut().enumerate() {
             let value = exact.coefficients[i] + moved[i];
             if 100.0 * deviations[i] > above_percent * value.abs() {
