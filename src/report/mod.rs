@@ -1,5 +1,9 @@
 //! Results as plain data, in the layout of `report.json`; and as text for people.
 
+mod text;
+
+pub use text::{render, wrap};
+
 use std::collections::BTreeMap;
 
 use serde::Serialize;

@@ -1,0 +1,157 @@
+//! The command line: parses, calls the library, prints. No mathematics.
+
+mod check;
+mod compare;
+mod console;
+mod dynamics;
+mod list;
+mod scenario;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use lacuna::{Error, Result};
+
+use console::Console;
+
+/// Identify robot arms from their logs, and find the physics the model is missing.
+#[derive(Debug, Parser)]
+#[command(name = "lacuna", version, propagate_version = true, max_term_width = 80)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+    #[command(flatten)]
+    global: Global,
+}
+
+/// Flags that every command takes.
+#[derive(Debug, clap::Args)]
+struct Global {
+    /// Print one JSON document on stdout and nothing else there.
+    #[arg(long, global = true)]
+    json: bool,
+    /// Seed of every random draw, instead of the scenario's.
+    #[arg(long, global = true, value_name = "N")]
+    seed: Option<u64>,
+    /// Number of threads; results do not depend on it.
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+    /// Folder for results.
+    #[arg(long, global = true, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// No progress on stderr.
+    #[arg(long, global = true)]
+    quiet: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run a whole study and write report.json and model.ron.
+    Scenario {
+        /// Scenario file (RON).
+        file: PathBuf,
+        /// Logs to use instead of the scenario's; repeat the flag for several.
+        #[arg(long, value_name = "CSV")]
+        data: Vec<PathBuf>,
+    },
+    /// Compare finished models on one log; nothing is fitted.
+    Compare {
+        /// Model files (RON), as studies write them.
+        #[arg(required = true)]
+        models: Vec<PathBuf>,
+        /// Robot file: URDF, or a Denavit-Hartenberg table in RON.
+        #[arg(long, value_name = "FILE")]
+        robot: PathBuf,
+        /// The log (CSV).
+        #[arg(long, value_name = "CSV")]
+        data: PathBuf,
+        /// Column map for a log with foreign headers: a file, or the name of a shipped one.
+        #[arg(long, value_name = "MAP")]
+        columns: Option<PathBuf>,
+        /// Gravity in the base frame [m/s²], instead of the robot file's.
+        #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+        gravity: Option<String>,
+    },
+    /// Check a scenario, robot, log, column map or model, and a log against a robot.
+    Check(check::Check),
+    /// List what there is: effects, constraints, engines; with a name, explain it.
+    List {
+        /// `effects`, `constraints` or `engines`.
+        what: String,
+        /// One of them, to explain.
+        name: Option<String>,
+    },
+    /// Inverse dynamics with the robot file's own inertias, as CSV on stdout.
+    Dynamics(dynamics::Dynamics),
+}
+
+/// Runs the command line; the result is the process's exit code: 0 done, 1 the answer is negative,
+/// 2 unusable input.
+pub(crate) fn run() -> ExitCode {
+    let arguments = Arguments::parse();
+    let console = Console::new(arguments.global.quiet);
+    let answer = prepare(&arguments.global).and_then(|()| match arguments.command {
+        Command::Scenario { file, data } => scenario::run(&file, data, &arguments.global, &console),
+        Command::Compare { models, robot, data, columns, gravity } => {
+            compare::run(&models, &robot, &data, columns.as_deref(), gravity.as_deref(), &arguments.global)
+        }
+        Command::Check(check) => check.run(&arguments.global),
+        Command::List { what, name } => list::run(&what, name.as_deref(), &arguments.global),
+        Command::Dynamics(dynamics) => dynamics.run(&arguments.global),
+    });
+    console.clear();
+    match answer {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(1),
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn prepare(global: &Global) -> Result<()> {
+    if let Some(jobs) = global.jobs {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(usize::from(jobs))
+            .build_global()
+            .map_err(|e| Error::new(format!("cannot start {jobs} threads: {e}")))?;
+    }
+    Ok(())
+}
+
+/// Opens a robot, under another gravity when one is given.
+fn open_robot(path: &std::path::Path, gravity: Option<&str>) -> Result<lacuna::robot::Robot> {
+    let robot = lacuna::robot::Robot::open(path)?;
+    let Some(text) = gravity else { return Ok(robot) };
+    let numbers: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
+    match numbers.as_slice() {
+        [x, y, z] if text.split(',').count() == 3 && numbers.iter().all(|g: &f64| g.is_finite()) => {
+            Ok(robot.with_gravity(nalgebra::Vector3::new(*x, *y, *z)))
+        }
+        _ => Err(Error::new(format!("--gravity {text}: not three numbers"))
+            .help("write for example --gravity 0,0,-9.81 [m/s², base frame]")),
+    }
+}
+
+/// Prints to stdout; a reader that has gone away is no error of ours.
+fn print(text: &str) -> Result<()> {
+    use std::io::Write;
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::new(format!("cannot write to stdout: {e}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Prints one JSON document.
+fn print_json<T: serde::Serialize>(value: &T) -> Result<()> {
+    print(&(json(value)? + "\n"))
+}
+
+fn json<T: serde::Serialize>(value: &T) -> Result<String> {
+    serde_json::to_string_pretty(value).map_err(|e| Error::new(format!("cannot write JSON: {e}")))
+}
