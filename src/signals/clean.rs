@@ -53,7 +53,9 @@ pub(super) fn clean(log: &Log, max_gap_s: f64) -> Result<Cleaned> {
     drop("outside the longest stretch", ordered.len() - rows.len());
     if rows.len() < 3 {
         let what = format!("{} of {} rows can be used, which is no motion", rows.len(), log.rows());
-        return Err(Error::new(what).in_file(&log.name).help("check the time column and the units of the log"));
+        return Err(Error::new(what)
+            .in_file(&log.name)
+            .help("check the time column and the units of the log"));
     }
     let segment = |(i, part): (usize, &&[usize])| Segment {
         from_s: log.t[part[0]],
@@ -68,11 +70,8 @@ pub(super) fn clean(log: &Log, max_gap_s: f64) -> Result<Cleaned> {
 /// Every joint quantity must have as many joints and rows as it says.
 fn check_shape(log: &Log) -> Result<()> {
     let joints = log.q.len();
-    let parts = [
-        ("q", Some(&log.q)),
-        ("dq", log.dq.as_ref()),
-        ("tau", Some(&log.tau).filter(|tau| !tau.is_empty())),
-    ];
+    let parts =
+        [("q", Some(&log.q)), ("dq", log.dq.as_ref()), ("tau", Some(&log.tau).filter(|tau| !tau.is_empty()))];
     for (name, columns) in parts {
         let Some(columns) = columns else { continue };
         if joints == 0 || columns.len() != joints || columns.iter().any(|c| c.len() != log.rows()) {

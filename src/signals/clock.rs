@@ -11,6 +11,8 @@ use crate::log::Log;
 const ROUNDING: f64 = 0.05;
 /// A rebuilt clock is believed when it makes positions and velocities agree this many times better.
 const PROOF: f64 = 2.0;
+/// Stamps that are even up to this share have the nominal period next to theirs.
+const NOMINAL: f64 = 5e-4;
 /// An even clock is refused when it makes them agree this many times worse than the stamps.
 const WORSE: f64 = 1.2;
 
@@ -86,12 +88,14 @@ pub(super) fn decide(log: &Log, rows: &[usize], choice: ClockChoice) -> Result<C
     let rebuilt = motion.and_then(|m| rebuild::rebuild(&m));
     match (rebuilt, choice) {
         (Some(r), ClockChoice::Rebuilt) => Ok(with_rebuilt(r, raw)),
-        (Some(r), _) if r.keeps_up && PROOF * r.mismatch < mismatch.unwrap_or(0.0) => Ok(with_rebuilt(r, raw)),
-        (None, ClockChoice::Rebuilt) => {
-            Err(Error::new("the sample clock cannot be rebuilt: that takes logged velocities of a moving robot")
-                .in_file(&log.name)
-                .help("set `clock: Auto`, or log dq"))
+        (Some(r), _) if r.keeps_up && PROOF * r.mismatch < mismatch.unwrap_or(0.0) => {
+            Ok(with_rebuilt(r, raw))
         }
+        (None, ClockChoice::Rebuilt) => Err(Error::new(
+            "the sample clock cannot be rebuilt: that takes logged velocities of a moving robot",
+        )
+        .in_file(&log.name)
+        .help("set `clock: Auto`, or log dq")),
         _ => Ok(by_stamps),
     }
 }
@@ -118,7 +122,7 @@ fn from_stamps(stamps: &[f64], motion: Option<&Motion>, raw: Option<f64>) -> (&'
             return ("even", period, at);
         }
     }
-    let period = snap(step);
+    let period = snap(step, NOMINAL);
     ("stamps", period, stamps.iter().map(|t| t / period).collect())
 }
 
@@ -141,17 +145,19 @@ fn even(stamps: &[f64], step: f64) -> Option<(f64, Vec<f64>, f64)> {
         let off = |(x, t): (&f64, &f64)| ((t - mean_t) - period * (x - mean_x)).abs() / period;
         at.iter().zip(stamps).map(off).fold(0.0, f64::max)
     };
-    let round = snap(period);
+    let round = snap(period, NOMINAL);
     let found = [round, period].into_iter().map(|p| (p, deviation(p))).find(|(_, off)| *off < 0.5);
     found.map(|(period, off)| (period, at, off))
 }
 
-/// A period that is a whole number of 0.1 ms or a whole frequency in Hz, up to 0.05 %, becomes that.
-pub(super) fn snap(period: f64) -> f64 {
-    let near = |nominal: f64| (nominal - period).abs() <= 5e-4 * period;
+/// The nearest nominal period up to the relative `tolerance`: a whole number of 0.1 ms or, up to
+/// 250 Hz, a whole frequency in Hz. The period itself where there is none.
+pub(super) fn snap(period: f64, tolerance: f64) -> f64 {
     let tenths = libm::round(period * 1e4) / 1e4;
-    let whole_hz = 1.0 / libm::round(1.0 / period).max(1.0);
-    [tenths, whole_hz].into_iter().find(|&nominal| near(nominal)).unwrap_or(period)
+    let whole_hz = 1.0 / libm::round(1.0 / period).clamp(1.0, 250.0);
+    let off = |nominal: &f64| (nominal - period).abs();
+    let nearest = if off(&tenths) <= off(&whole_hz) { tenths } else { whole_hz };
+    if off(&nearest) <= tolerance * period { nearest } else { period }
 }
 
 #[cfg(test)]
@@ -163,9 +169,9 @@ mod tests {
         for (measured, nominal) in
             [(0.001_000_2, 0.001), (0.008_001, 0.008), (0.008_333_5, 1.0 / 120.0), (0.033_333, 1.0 / 30.0)]
         {
-            assert!((snap(measured) - nominal).abs() < 1e-15, "{measured}");
+            assert!((snap(measured, NOMINAL) - nominal).abs() < 1e-15, "{measured}");
         }
-        assert!((snap(0.001_003) - 0.001_003).abs() < 1e-15);
+        assert!((snap(0.001_003, NOMINAL) - 0.001_003).abs() < 1e-15);
     }
 
     #[test]
@@ -179,7 +185,8 @@ mod tests {
 
     #[test]
     fn wandering_stamps_stay_as_they_are() {
-        let stamps: Vec<f64> = (0..500).map(|k| 0.01 * k as f64 + 0.02 * libm::sin(0.01 * k as f64)).collect();
+        let stamps: Vec<f64> =
+            (0..500).map(|k| 0.01 * k as f64 + 0.02 * libm::sin(0.01 * k as f64)).collect();
         let (used, period, at) = from_stamps(&stamps, None, None);
         assert_eq!(used, "stamps");
         assert!((at[499] * period - stamps[499]).abs() < 1e-12);

@@ -102,7 +102,7 @@ mod tests {
     }
 
     fn fourier(j: usize, t: f64, period: f64) -> f64 {
-        (1..=4).map(|l| libm::sin((l * (j + 2)) as f64 + 6.283_185_307_179_586 * l as f64 * t / period)).sum()
+        (1..=4).map(|l| libm::sin((l * (j + 2)) as f64 + std::f64::consts::TAU * l as f64 * t / period)).sum()
     }
 
     #[test]
@@ -123,7 +123,7 @@ mod tests {
         let chirp = run(30.0, |j, t| libm::sin((0.4 + 0.03 * t) * t + j as f64));
         assert_eq!(detect_period(&chirp), None);
         let tones = run(30.0, |j, t| {
-            libm::sin(1.3 * t + j as f64) + libm::sin(1.3 * 1.618_034 * t) + libm::sin(1.3 * 2.718_28 * t)
+            libm::sin(1.3 * t + j as f64) + libm::sin(1.3 * 1.618_034 * t) + libm::sin(1.3 * 2.62 * t)
         });
         assert_eq!(detect_period(&tones), None);
         assert_eq!(detect_period(&run(30.0, |j, t| (j as f64 + 1.0) * 0.1 * t)), None);

@@ -55,7 +55,8 @@ impl SignalReport {
             if self.rows_dropped.is_empty() { "" } else { ":" },
         ))];
         if !self.rows_dropped.is_empty() {
-            let reasons: Vec<String> = self.rows_dropped.iter().map(|(why, n)| format!("{n} {why}")).collect();
+            let reasons: Vec<String> =
+                self.rows_dropped.iter().map(|(why, n)| format!("{n} {why}")).collect();
             lines.extend(wrap(&reasons));
         }
         if let Some(kept) = self.segments.iter().find(|s| s.used).filter(|_| self.segments.len() > 1) {
@@ -89,13 +90,18 @@ impl SignalReport {
         let rate = 1.0 / clock.period_s;
         let mut lines = vec![fit(match clock.used {
             "rebuilt" => {
-                format!("  clock rebuilt at {rate:.6} Hz, {} samples missing in the log", clock.skipped_samples)
+                format!(
+                    "  clock rebuilt at {rate:.6} Hz, {} samples missing in the log",
+                    clock.skipped_samples
+                )
             }
             "even" => format!("  clock even at {rate:.6} Hz, as the time stamps say"),
             _ => format!("  clock by the time stamps, resampled at {rate:.6} Hz"),
         })];
         if let (Some(stamps), Some(used)) = (clock.velocity_mismatch_stamps, clock.velocity_mismatch_used) {
-            lines.push(fit(format!("  diff(q) against dq: rms {stamps:.4} rad/s by stamps, {used:.4} as used")));
+            lines.push(fit(format!(
+                "  diff(q) against dq: rms {stamps:.4} rad/s by stamps, {used:.4} as used"
+            )));
         }
         lines
     }
