@@ -21,7 +21,7 @@ const WORSE: f64 = 1.2;
 pub struct ClockReport {
     /// `stamps` (uneven, as logged), `even` (stamps that are even up to jitter) or `rebuilt`.
     pub used: &'static str,
-    /// Sampling time [s].
+    /// Sampling time \[s\].
     pub period_s: f64,
     /// Root mean square of `diff(q) / diff(t) - dq` over all joints with the stamps as they are
     /// [rad/s, m/s]; absent without logged velocities.

@@ -37,7 +37,7 @@ pub struct ZeroPhase {
 }
 
 impl ZeroPhase {
-    /// Designs the filter: `order` (1 to 8) of each of the two passes, cut-off [Hz], sampling time [s].
+    /// Designs the filter: `order` (1 to 8) of each of the two passes, cut-off \[Hz\], sampling time \[s\].
     ///
     /// # Errors
     /// When the order is out of range, `dt` is not positive, or the cut-off is not between zero and
@@ -69,7 +69,7 @@ impl ZeroPhase {
         self.order
     }
 
-    /// Cut-off [Hz], where the two passes together give half the amplitude.
+    /// Cut-off \[Hz\], where the two passes together give half the amplitude.
     pub fn cutoff_hz(&self) -> f64 {
         self.cutoff_hz
     }

@@ -2,16 +2,16 @@
 
 use super::Run;
 
-/// Coarse step of the search [s].
+/// Coarse step of the search \[s\].
 const STEP: f64 = 0.02;
-/// Longest period looked for [s].
+/// Longest period looked for \[s\].
 const LONGEST: f64 = 200.0;
 /// Largest share of the motion that may differ from one period to the next (squared).
 const SAME: f64 = 0.01;
 /// Share that must differ in between: the motion has to go somewhere first.
 const APART: f64 = 0.3;
 
-/// Period of the motion [s], where the log shows at least 1.3 of it; `None` for a motion that does
+/// Period of the motion \[s\], where the log shows at least 1.3 of it; `None` for a motion that does
 /// not repeat (or after more than 200 s).
 ///
 /// The measure is the normalised squared difference of the positions of all joints with themselves
@@ -75,7 +75,7 @@ impl<'a> Positions<'a> {
         if spread > 0.1 * places { apart / spread } else { 1.0 }
     }
 
-    /// The lag [samples] of the smallest difference near `lag`, by a parabola through it.
+    /// The lag \[samples\] of the smallest difference near `lag`, by a parabola through it.
     fn refined(&self, lag: usize, reach: usize) -> f64 {
         let longest = self.len.saturating_sub(2);
         let near: Vec<usize> = (lag.saturating_sub(reach).max(1)..=(lag + reach).min(longest)).collect();

@@ -18,7 +18,7 @@ const FOLLOW: f64 = 0.02;
 
 /// A rebuilt clock.
 pub(super) struct Rebuilt {
-    /// Tick length [s].
+    /// Tick length \[s\].
     pub period: f64,
     /// Rows it keeps.
     pub rows: Vec<usize>,
@@ -34,11 +34,11 @@ pub(super) struct Rebuilt {
 
 /// Time between two rows by the motion and by the stamps.
 struct Step {
-    /// By the motion [s].
+    /// By the motion \[s\].
     elapsed: f64,
-    /// Standard error of that [s].
+    /// Standard error of that \[s\].
     error: f64,
-    /// By the stamps [s].
+    /// By the stamps \[s\].
     stamps: f64,
 }
 
@@ -150,7 +150,7 @@ fn count(steps: &[Step], tick: f64) -> Vec<f64> {
 /// Counts ticks step by step: sure steps by the motion alone, others by motion, stamps and experience.
 struct Tracker {
     tick: f64,
-    /// Scatter of the stamps [ticks].
+    /// Scatter of the stamps \[ticks\].
     scatter: f64,
     /// Minus twice the logarithm of how often each number of ticks occurs among the sure steps.
     rarity: [f64; LENGTHS],
@@ -170,7 +170,7 @@ impl Tracker {
         Self { tick, scatter, rarity: seen.map(|n| -2.0 * libm::log(n / total)) }
     }
 
-    /// Counts the steps in turn, `late` being how much later than usual the last stamp was [ticks].
+    /// Counts the steps in turn, `late` being how much later than usual the last stamp was \[ticks\].
     fn follow<'a>(&self, mut late: f64, steps: impl Iterator<Item = (&'a Step, &'a mut f64)>) {
         for (step, count) in steps {
             let expected = late + step.stamps / self.tick;
