@@ -74,16 +74,15 @@ fn the_clock_of_an_asynchronous_reader_is_rebuilt_exactly() {
     let repeats = ticks.windows(2).filter(|w| w[1] - w[0] < 0.5).count();
     assert_eq!(report.rows_dropped["stale"], repeats);
     assert!(repeats > 200);
-    assert_eq!(
-        report.samples,
-        (ticks[ticks.len() - 1] - ticks[0]) as usize + 1,
-        "no tick too many or too few"
-    );
-    // The torque is untouched in this mode, so every logged one must stand at its own tick.
-    for (row, tick) in ticks.iter().enumerate() {
-        let sample = (tick - ticks[0]) as usize;
+    // The torque is untouched in this mode, so every logged one must stand at its own tick, counted
+    // from the end; at rest, in the first 0.1 s, nothing but the stamps can tell.
+    let last = ticks[ticks.len() - 1];
+    for (row, tick) in ticks.iter().enumerate().filter(|(_, tick)| **tick >= 100.0) {
+        let sample = run.samples() - 1 - (last - tick) as usize;
         assert_eq!(run.tau[0][sample].to_bits(), log.tau[0][row].to_bits(), "row {row}");
     }
+    let total = (last - ticks[0]) as usize + 1;
+    assert!(report.samples.abs_diff(total) <= 2, "{} of {total}", report.samples);
     let (before, after) =
         (report.clock.velocity_mismatch_stamps.unwrap_or(0.0), report.clock.velocity_mismatch_used);
     assert!(before > 5.0 * after.unwrap_or(f64::INFINITY), "{:?}", report.clock);
@@ -235,6 +234,36 @@ fn reports_fit_the_screen_and_json() {
     assert_eq!(json["clock"]["used"], "rebuilt");
 }
 
+proptest::proptest! {
+    #![proptest_config(proptest::prelude::ProptestConfig::with_cases(300))]
+    #[test]
+    fn whatever_the_log_holds_the_answer_is_a_motion_or_a_message(
+        rows in proptest::collection::vec((-1e3..1e3f64, -3.0..3.0f64, 0..9u8), 0..200),
+        velocities in proptest::bool::ANY,
+    ) {
+        let mut log = Log { name: "wild.csv".into(), q: vec![vec![]], tau: vec![vec![]], ..Log::default() };
+        for (k, (time, value, kind)) in rows.iter().enumerate() {
+            let even = 0.01 * k as f64;
+            log.t.push(match kind { 0 => *time, 1 => f64::NAN, 2 => even - 0.01, 3 => even + 1e-9 * time, _ => even });
+            log.q[0].push(match kind { 4 => f64::INFINITY, 5 => 0.0, _ => *value });
+            log.tau[0].push(if *kind == 5 { 0.0 } else { -value });
+        }
+        log.dq = velocities.then(|| log.q.clone());
+        for settings in [barely_filtered(), Settings { trim_s: 0.05, ..Settings::default() }] {
+            match prepare(&log, &settings) {
+                Ok((run, report)) => {
+                    let all = run.q.iter().chain(&run.dq).chain(&run.ddq).chain(&run.tau);
+                    assert!(all.flatten().all(|x| x.is_finite()));
+                    let left_out: usize = report.rows_dropped.values().sum();
+                    assert!(left_out < report.rows_read);
+                    detect_period(&run);
+                }
+                Err(error) => assert!(error.to_string().contains("wild.csv"), "{error}"),
+            }
+        }
+    }
+}
+
 // ---- real logs ----
 
 fn data(file: &str) -> Option<PathBuf> {
@@ -278,32 +307,37 @@ fn panda_clock_agrees_with_the_reference() {
     println!("{}\n{}", report.lines().join("\n"), serde_json::to_string(&report.clock).expect("plain data"));
     assert_eq!(report.clock.used, "rebuilt");
     assert!((run.dt - 1e-3).abs() < 1e-15);
-    assert!(report.samples.abs_diff(20974) <= 5, "{}", report.samples);
+    // The stamps span 20.9991 s. The reference counts 26 ticks fewer: 21 in the first 80 ms, where the
+    // robot hardly moves, one at the end, the others at records that were written while they were read.
+    assert!(report.samples.abs_diff(21000) <= 2, "{}", report.samples);
     assert_eq!(report.rows_dropped["stale"], 1257);
     let mismatch = |x: Option<f64>| x.expect("velocities are logged");
     assert!(mismatch(report.clock.velocity_mismatch_stamps) > 0.15);
-    assert!(mismatch(report.clock.velocity_mismatch_used) < 0.03);
+    assert!(mismatch(report.clock.velocity_mismatch_used) < 0.012);
     compare_ticks(&log, &table(&data("panda/exciting_ticks.csv").expect("beside the log")));
+    let tail = real_log(&data("panda/validation.csv").expect("beside the log"), 7, 15);
+    assert_eq!(prepared(&tail, &Settings::default()).1.clock.used, "rebuilt");
 }
 
 /// Compares tick by tick: the torque is untouched in `Parallel`, so a row is found by its values.
 fn compare_ticks(log: &Log, reference: &[Vec<f64>]) {
     let (run, _) = prepared(log, &Settings { mode: Mode::Parallel, ..Settings::default() });
     let mut sample = 0;
-    let (mut rows, mut off, mut steps_off) = (0, [0usize; 8], 0);
-    let mut before: Option<f64> = None;
-    for row in (0..log.rows()).filter(|&row| reference[2][row] < 0.5) {
+    let (mut rows, mut differ, mut before) = (0, Vec::new(), 0.0);
+    for row in (120..log.rows()).filter(|&row| reference[2][row] < 0.5) {
         let shows = |k: &usize| (0..7).all(|j| run.tau[j][*k].to_bits() == log.tau[j][row].to_bits());
-        let Some(found) = (sample..run.samples().min(sample + 60)).find(shows) else { continue };
+        let Some(found) = (sample..run.samples().min(sample + 400)).find(shows) else { continue };
         sample = found + 1;
         let difference = found as f64 - reference[1][row];
-        off[(difference.abs() as usize).min(7)] += 1;
-        steps_off += usize::from(before.is_some_and(|b| (b - difference).abs() > 0.5));
-        before = Some(difference);
+        if rows > 0 && (before - difference).abs() > 0.5 {
+            differ.push((row, difference - before));
+        }
+        before = difference;
         rows += 1;
     }
-    println!("{rows} rows found; ticks off by 0, 1, 2, ..: {off:?}; steps that differ: {steps_off}");
-    assert!(rows > 19_200 && steps_off * 200 < rows);
+    println!("{rows} rows found; steps that differ (row, ticks): {differ:?}");
+    assert!(rows > 19_100 && differ.len() <= 15, "{rows} {differ:?}");
+    assert!(differ.iter().all(|(_, ticks)| ticks.abs() < 1.5));
 }
 
 #[test]
@@ -315,7 +349,7 @@ fn panda_motion_repeats_after_its_period() {
         let (run, _) = prepared(&real_log(&path, 7, 15), &settings);
         let period = detect_period(&run).expect("it repeats");
         println!("period {period}");
-        assert!((period - 13.333).abs() < 0.02, "{period}");
+        assert!((period - 13.333).abs() < 0.002, "{period}");
         let folds = Folds::choose(&[&run]).expect("long enough");
         assert_eq!((folds.count, folds.fold.len()), (8, run.rows().count));
         assert!(folds.description.contains("same-phase"));

@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 
 /// Folds used when nobody asks for another number.
 pub const USUAL_FOLDS: u16 = 8;
-/// Length of a contiguous block when nobody asks for another one [s].
+/// Length of a contiguous block when nobody asks for another one \[s\].
 pub const USUAL_BLOCK_S: f64 = 2.0;
 
 /// A partition of the rows of one or several runs, one after the other, into folds.

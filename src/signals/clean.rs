@@ -10,9 +10,9 @@ use crate::log::Log;
 /// A stretch of a log without a gap.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Segment {
-    /// Time of its first row [s].
+    /// Time of its first row \[s\].
     pub from_s: f64,
-    /// Time of its last row [s].
+    /// Time of its last row \[s\].
     pub to_s: f64,
     /// Rows in it.
     pub rows: usize,

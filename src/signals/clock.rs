@@ -11,6 +11,8 @@ use crate::log::Log;
 const ROUNDING: f64 = 0.05;
 /// A rebuilt clock is believed when it makes positions and velocities agree this many times better.
 const PROOF: f64 = 2.0;
+/// Stamps that are even up to this share have the nominal period next to theirs.
+const NOMINAL: f64 = 5e-4;
 /// An even clock is refused when it makes them agree this many times worse than the stamps.
 const WORSE: f64 = 1.2;
 
@@ -19,7 +21,7 @@ const WORSE: f64 = 1.2;
 pub struct ClockReport {
     /// `stamps` (uneven, as logged), `even` (stamps that are even up to jitter) or `rebuilt`.
     pub used: &'static str,
-    /// Sampling time [s].
+    /// Sampling time \[s\].
     pub period_s: f64,
     /// Root mean square of `diff(q) / diff(t) - dq` over all joints with the stamps as they are
     /// [rad/s, m/s]; absent without logged velocities.
@@ -120,7 +122,7 @@ fn from_stamps(stamps: &[f64], motion: Option<&Motion>, raw: Option<f64>) -> (&'
             return ("even", period, at);
         }
     }
-    let period = snap(step);
+    let period = snap(step, NOMINAL);
     ("stamps", period, stamps.iter().map(|t| t / period).collect())
 }
 
@@ -143,17 +145,19 @@ fn even(stamps: &[f64], step: f64) -> Option<(f64, Vec<f64>, f64)> {
         let off = |(x, t): (&f64, &f64)| ((t - mean_t) - period * (x - mean_x)).abs() / period;
         at.iter().zip(stamps).map(off).fold(0.0, f64::max)
     };
-    let round = snap(period);
+    let round = snap(period, NOMINAL);
     let found = [round, period].into_iter().map(|p| (p, deviation(p))).find(|(_, off)| *off < 0.5);
     found.map(|(period, off)| (period, at, off))
 }
 
-/// A period that is a whole number of 0.1 ms or a whole frequency in Hz, up to 0.05 %, becomes that.
-pub(super) fn snap(period: f64) -> f64 {
-    let near = |nominal: f64| (nominal - period).abs() <= 5e-4 * period;
+/// The nearest nominal period up to the relative `tolerance`: a whole number of 0.1 ms or, up to
+/// 250 Hz, a whole frequency in Hz. The period itself where there is none.
+pub(super) fn snap(period: f64, tolerance: f64) -> f64 {
     let tenths = libm::round(period * 1e4) / 1e4;
-    let whole_hz = 1.0 / libm::round(1.0 / period).max(1.0);
-    [tenths, whole_hz].into_iter().find(|&nominal| near(nominal)).unwrap_or(period)
+    let whole_hz = 1.0 / libm::round(1.0 / period).clamp(1.0, 250.0);
+    let off = |nominal: &f64| (nominal - period).abs();
+    let nearest = if off(&tenths) <= off(&whole_hz) { tenths } else { whole_hz };
+    if off(&nearest) <= tolerance * period { nearest } else { period }
 }
 
 #[cfg(test)]
@@ -165,9 +169,9 @@ mod tests {
         for (measured, nominal) in
             [(0.001_000_2, 0.001), (0.008_001, 0.008), (0.008_333_5, 1.0 / 120.0), (0.033_333, 1.0 / 30.0)]
         {
-            assert!((snap(measured) - nominal).abs() < 1e-15, "{measured}");
+            assert!((snap(measured, NOMINAL) - nominal).abs() < 1e-15, "{measured}");
         }
-        assert!((snap(0.001_003) - 0.001_003).abs() < 1e-15);
+        assert!((snap(0.001_003, NOMINAL) - 0.001_003).abs() < 1e-15);
     }
 
     #[test]

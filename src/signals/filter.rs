@@ -37,7 +37,7 @@ pub struct ZeroPhase {
 }
 
 impl ZeroPhase {
-    /// Designs the filter: `order` (1 to 8) of each of the two passes, cut-off [Hz], sampling time [s].
+    /// Designs the filter: `order` (1 to 8) of each of the two passes, cut-off \[Hz\], sampling time \[s\].
     ///
     /// # Errors
     /// When the order is out of range, `dt` is not positive, or the cut-off is not between zero and
@@ -69,7 +69,7 @@ impl ZeroPhase {
         self.order
     }
 
-    /// Cut-off [Hz], where the two passes together give half the amplitude.
+    /// Cut-off \[Hz\], where the two passes together give half the amplitude.
     pub fn cutoff_hz(&self) -> f64 {
         self.cutoff_hz
     }
@@ -114,12 +114,12 @@ impl ZeroPhase {
 
     /// Number of samples after which a disturbance has faded: whatever happens further away changes
     /// the result by less than `tolerance` times its size. Long columns can be filtered in chunks
-    /// that overlap by this much on each side.
+    /// that overlap by this much on each side. At most ten million.
     pub fn settle_samples(&self, tolerance: f64) -> usize {
         let slowest = self.sections.iter().map(Section::pole_radius).fold(0.0, f64::max);
         let decay = libm::log(slowest.max(f64::MIN_POSITIVE));
         let enough = libm::log(tolerance.clamp(1e-300, 0.5) * 1e-6) / decay;
-        let mut response = vec![0.0; enough as usize + 2 * self.padding()];
+        let mut response = vec![0.0; enough.min(1e7) as usize + 2 * self.padding()];
         response[0] = 1.0;
         let mut cascade = Cascade::<{ MAX_ORDER / 2 }>::new(&self.sections);
         response.iter_mut().for_each(|y| *y = cascade.step(*y));
@@ -235,60 +235,52 @@ mod tests {
         ZeroPhase::butterworth(order, cutoff_hz, dt).expect("a valid filter")
     }
 
-    /// `sosfiltfilt(butter(order, cutoff, fs=1/dt, output="sos"), x)` of SciPy 1.17.1.
+    /// Samples and values of `sosfiltfilt(butter(order, cutoff, fs=1/dt, output="sos"), x)` of SciPy
+    /// 1.17.1, `x` being [`sine_on_parabola`] of 400, 60, 50 and 80 samples.
+    const SCIPY: [[(usize, f64); 6]; 4] = [
+        [
+            (0, -0.519661219031632),
+            (1, -0.5080500519465471),
+            (133, 1.4080180661584036),
+            (200, 3.6297132161230476),
+            (398, 10.607617540040316),
+            (399, 10.60773740155928),
+        ],
+        [
+            (0, -0.2983931875417568),
+            (1, -0.2286250761448124),
+            (20, 0.7254326398838146),
+            (30, 0.6532137706319702),
+            (58, -0.751370619013222),
+            (59, -0.7858934336434175),
+        ],
+        [
+            (0, -0.29747796072680044),
+            (1, -0.2294327136019887),
+            (16, 0.6100255287714492),
+            (25, 0.7292790828595231),
+            (48, -0.28213936404264073),
+            (49, -0.33935286947131205),
+        ],
+        [
+            (0, -0.299992645888286),
+            (1, -0.22991269965485175),
+            (26, 0.7367090274777989),
+            (40, 0.1949881924528809),
+            (78, -0.4243087497473169),
+            (79, -0.3599126849029558),
+        ],
+    ];
+
     #[test]
     fn agrees_with_scipy() {
-        let cases: [(ZeroPhase, usize, [(usize, f64); 6]); 4] = [
-            (
-                low_pass(4, 5.0, 0.001),
-                400,
-                [
-                    (0, -0.519661219031632),
-                    (1, -0.5080500519465471),
-                    (133, 1.4080180661584036),
-                    (200, 3.6297132161230476),
-                    (398, 10.607617540040316),
-                    (399, 10.60773740155928),
-                ],
-            ),
-            (
-                low_pass(3, 40.0, 0.002),
-                60,
-                [
-                    (0, -0.2983931875417568),
-                    (1, -0.2286250761448124),
-                    (20, 0.7254326398838146),
-                    (30, 0.6532137706319702),
-                    (58, -0.751370619013222),
-                    (59, -0.7858934336434175),
-                ],
-            ),
-            (
-                low_pass(1, 8.0, 0.01),
-                50,
-                [
-                    (0, -0.29747796072680044),
-                    (1, -0.2294327136019887),
-                    (16, 0.6100255287714492),
-                    (25, 0.7292790828595231),
-                    (48, -0.28213936404264073),
-                    (49, -0.33935286947131205),
-                ],
-            ),
-            (
-                low_pass(6, 90.0, 0.002),
-                80,
-                [
-                    (0, -0.299992645888286),
-                    (1, -0.22991269965485175),
-                    (26, 0.7367090274777989),
-                    (40, 0.1949881924528809),
-                    (78, -0.4243087497473169),
-                    (79, -0.3599126849029558),
-                ],
-            ),
+        let filters = [
+            low_pass(4, 5.0, 0.001),
+            low_pass(3, 40.0, 0.002),
+            low_pass(1, 8.0, 0.01),
+            low_pass(6, 90.0, 0.002),
         ];
-        for (filter, n, expected) in cases {
+        for ((filter, n), expected) in filters.iter().zip([400, 60, 50, 80]).zip(SCIPY) {
             let mut x = sine_on_parabola(n);
             filter.apply(&mut x);
             for (k, y) in expected {
@@ -302,7 +294,8 @@ mod tests {
         let filter = low_pass(4, 5.0, 0.001);
         let mut constant = vec![-2.5; 500];
         filter.apply(&mut constant);
-        assert!(constant.iter().all(|y| (y + 2.5).abs() < 1e-12));
+        let off = constant.iter().fold(0.0, |m: f64, y| m.max((y + 2.5).abs()));
+        assert!(off < 1e-11, "{off}");
 
         let wave: Vec<f64> = (0..6000).map(|k| libm::sin(2.0 * PI * 5.0 * 0.001 * k as f64)).collect();
         let mut y = wave.clone();
@@ -315,10 +308,10 @@ mod tests {
     #[test]
     fn rolls_off_with_both_passes() {
         let filter = low_pass(4, 5.0, 0.001);
-        let mut y: Vec<f64> = (0..8000).map(|k| libm::sin(2.0 * PI * 20.0 * 0.001 * k as f64)).collect();
+        let mut y: Vec<f64> = (0..8000).map(|k| libm::sin(2.0 * PI * 25.0 * 0.001 * k as f64)).collect();
         filter.apply(&mut y);
         let peak = y[3000..5000].iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-        let ratio = libm::tan(PI * 0.02) / libm::tan(PI * 0.005);
+        let ratio = libm::tan(PI * 0.025) / libm::tan(PI * 0.005);
         let expected = 1.0 / (1.0 + ratio.powi(8));
         assert!((peak / expected - 1.0).abs() < 1e-3, "{peak} not {expected}");
     }

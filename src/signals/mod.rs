@@ -51,9 +51,9 @@ use std::borrow::Cow;
 pub struct Run {
     /// Name of the log it came from.
     pub name: String,
-    /// Sampling time [s].
+    /// Sampling time \[s\].
     pub dt: f64,
-    /// Time of the first sample [s], on the log's own clock.
+    /// Time of the first sample \[s\], on the log's own clock.
     pub start: f64,
     /// Positions [rad, m].
     pub q: Vec<Vec<f64>>,

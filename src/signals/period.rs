@@ -2,16 +2,16 @@
 
 use super::Run;
 
-/// Coarse step of the search [s].
+/// Coarse step of the search \[s\].
 const STEP: f64 = 0.02;
-/// Longest period looked for [s].
+/// Longest period looked for \[s\].
 const LONGEST: f64 = 200.0;
 /// Largest share of the motion that may differ from one period to the next (squared).
 const SAME: f64 = 0.01;
 /// Share that must differ in between: the motion has to go somewhere first.
 const APART: f64 = 0.3;
 
-/// Period of the motion [s], where the log shows at least 1.3 of it; `None` for a motion that does
+/// Period of the motion \[s\], where the log shows at least 1.3 of it; `None` for a motion that does
 /// not repeat (or after more than 200 s).
 ///
 /// The measure is the normalised squared difference of the positions of all joints with themselves
@@ -75,7 +75,7 @@ impl<'a> Positions<'a> {
         if spread > 0.1 * places { apart / spread } else { 1.0 }
     }
 
-    /// The lag [samples] of the smallest difference near `lag`, by a parabola through it.
+    /// The lag \[samples\] of the smallest difference near `lag`, by a parabola through it.
     fn refined(&self, lag: usize, reach: usize) -> f64 {
         let longest = self.len.saturating_sub(2);
         let near: Vec<usize> = (lag.saturating_sub(reach).max(1)..=(lag + reach).min(longest)).collect();
@@ -102,7 +102,7 @@ mod tests {
     }
 
     fn fourier(j: usize, t: f64, period: f64) -> f64 {
-        (1..=4).map(|l| libm::sin((l * (j + 2)) as f64 + 6.283_185_307_179_586 * l as f64 * t / period)).sum()
+        (1..=4).map(|l| libm::sin((l * (j + 2)) as f64 + std::f64::consts::TAU * l as f64 * t / period)).sum()
     }
 
     #[test]
@@ -123,7 +123,7 @@ mod tests {
         let chirp = run(30.0, |j, t| libm::sin((0.4 + 0.03 * t) * t + j as f64));
         assert_eq!(detect_period(&chirp), None);
         let tones = run(30.0, |j, t| {
-            libm::sin(1.3 * t + j as f64) + libm::sin(1.3 * 1.618_034 * t) + libm::sin(1.3 * 2.718_28 * t)
+            libm::sin(1.3 * t + j as f64) + libm::sin(1.3 * 1.618_034 * t) + libm::sin(1.3 * 2.62 * t)
         });
         assert_eq!(detect_period(&tones), None);
         assert_eq!(detect_period(&run(30.0, |j, t| (j as f64 + 1.0) * 0.1 * t)), None);

@@ -24,6 +24,7 @@ pub fn prepare(log: &Log, settings: &Settings) -> Result<(Run, SignalReport)> {
     if clock.torn > 0 {
         *cleaned.dropped.entry("torn".to_owned()).or_default() += clock.torn;
     }
+    check_extent(log, &clock)?;
     let grid = Grid::new(&clock.rows, &clock.at);
     let logged = logged_velocity(log, settings)?;
     let design =
@@ -45,6 +46,17 @@ pub fn prepare(log: &Log, settings: &Settings) -> Result<(Run, SignalReport)> {
     let (name, start) = (log.name.clone(), log.t[clock.rows[0]]);
     let run = Run { name, dt: design.dt, start, q, dq, ddq, tau, channels, row_filter: None };
     Ok((design.finish(run, settings.mode), report))
+}
+
+/// A clock that would need very many more samples than there are rows is none.
+fn check_extent(log: &Log, clock: &Clock) -> Result<()> {
+    let samples = clock.at.last().copied().unwrap_or(0.0);
+    if samples <= 100.0 * clock.rows.len() as f64 {
+        return Ok(());
+    }
+    let (rows, step) = (clock.rows.len(), clock.report.period_s);
+    let what = format!("the usual time step of {step:e} s would need {samples:.0} samples for {rows} rows");
+    Err(Error::new(what).in_file(&log.name).help("the time stamps come in bursts; log evenly, or check `t`"))
 }
 
 /// Filters and row selection for one log.

@@ -3,8 +3,8 @@
 //! A reader that polls a robot stamps rows when it *reads* them; the state in them belongs to the last
 //! tick of the robot's clock. How many ticks lie between two rows follows from the motion itself: the
 //! least-squares solution of `diff(q) = n h mean(dq)` over all joints. Where the robot moves this is a
-//! whole number up to a few per cent. Where it hardly moves, the steps seen elsewhere are the prior,
-//! and the stamps bound the sum.
+//! whole number up to a few per cent, and the stamps are not needed. Where it hardly moves, the stamps
+//! decide, held against how late they were while it moved.
 
 use super::clock::{Motion, snap};
 use super::median;
@@ -13,13 +13,12 @@ use super::median;
 const SURE: f64 = 0.15;
 /// Steps up to this length have a prior of their own.
 const LENGTHS: usize = 12;
-/// Over a stretch of unsure steps the clock may leave the stamps by this much [s]: nothing in the
-/// motion decides there, and stamps of a buffered link wander by as much.
-const LEEWAY: f64 = 0.025;
+/// Share by which the usual lateness of the stamps follows the present one, row by row.
+const FOLLOW: f64 = 0.02;
 
 /// A rebuilt clock.
 pub(super) struct Rebuilt {
-    /// Tick length [s].
+    /// Tick length \[s\].
     pub period: f64,
     /// Rows it keeps.
     pub rows: Vec<usize>,
@@ -35,45 +34,48 @@ pub(super) struct Rebuilt {
 
 /// Time between two rows by the motion and by the stamps.
 struct Step {
-    /// By the motion [s].
+    /// By the motion \[s\].
     elapsed: f64,
-    /// Standard error of that [s].
+    /// Standard error of that \[s\].
     error: f64,
-    /// By the stamps [s].
+    /// By the stamps \[s\].
     stamps: f64,
 }
 
 /// Rebuilds the clock; `None` where the motion does not show one.
 pub(super) fn rebuild(motion: &Motion) -> Option<Rebuilt> {
-    let weights = weights(motion)?;
-    let first = steps(motion, motion.rows, &weights);
-    let tick = tick_length(&first)?;
+    let stamped: Vec<f64> = motion.rows.windows(2).map(|w| motion.t[w[1]] - motion.t[w[0]]).collect();
+    let usual = median(stamped)?;
+    let first = steps(motion, motion.rows, &weights(motion, motion.rows, |_| usual)?);
+    let tick = tick_length(&first, usual)?;
     let rows = without_torn(motion.rows, &first, tick);
     let torn = motion.rows.len() - rows.len();
-    let steps = steps(motion, &rows, &weights);
-    let period = snap(by_stamps(motion, &rows, &count(&steps, tick), tick));
-    let counts = count(&steps, period);
-    let mut at = Vec::with_capacity(rows.len());
-    at.push(0.0);
-    for n in &counts {
-        at.push(at[at.len() - 1] + n);
-    }
-    let motion = Motion { rows: &rows, ..*motion };
-    let mismatch = motion.mismatch(&at, period);
+
+    // The noise was judged with equal steps; with the steps now known it comes out smaller.
+    let rough = count(&steps(motion, &rows, &weights(motion, &rows, |_| usual)?), tick);
+    let steps = steps(motion, &rows, &weights(motion, &rows, |i| rough[i] * tick)?);
+    let period = period(&steps, &count(&steps, tick), tick);
+    let mut at = vec![0.0];
+    at.extend(count(&steps, period).iter().scan(0.0, |tick, n| {
+        *tick += n;
+        Some(*tick)
+    }));
+    let mismatch = Motion { rows: &rows, ..*motion }.mismatch(&at, period);
     let stamped = motion.t[*rows.last()?] - motion.t[rows[0]];
-    let drift = (at[at.len() - 1] * period - stamped).abs();
-    let keeps_up = drift <= 0.1 + 0.005 * stamped;
+    let keeps_up = (at[at.len() - 1] * period - stamped).abs() <= 0.1 + 0.005 * stamped;
     Some(Rebuilt { period, at, torn, mismatch, keeps_up, rows })
 }
 
-/// Inverse variances of a step of each joint; zero for joints that do not move above their noise.
-fn weights(motion: &Motion) -> Option<Vec<f64>> {
-    let dt = median(motion.rows.windows(2).map(|w| motion.t[w[1]] - motion.t[w[0]]).collect())?;
+/// Inverse variances of a step of each joint, `elapsed(i)` being the time of step `i`; zero for joints
+/// that do not move above their noise.
+fn weights(motion: &Motion, rows: &[usize], elapsed: impl Fn(usize) -> f64) -> Option<Vec<f64>> {
+    let usual = median((1..rows.len()).map(|i| elapsed(i - 1)).collect())?;
     let weight = |(q, dq): (&Vec<f64>, &Vec<f64>)| {
-        let error = |w: &[usize]| (q[w[1]] - q[w[0]] - 0.5 * (dq[w[0]] + dq[w[1]]) * dt).abs();
-        let noise = 1.4826 * median(motion.rows.windows(2).map(error).collect())?;
-        let power = motion.rows.iter().map(|&k| dq[k] * dq[k]).sum::<f64>() / motion.rows.len() as f64;
-        let moves = libm::sqrt(power) * dt;
+        let error =
+            |(i, w): (usize, &[usize])| (q[w[1]] - q[w[0]] - 0.5 * (dq[w[0]] + dq[w[1]]) * elapsed(i)).abs();
+        let noise = 1.4826 * median(rows.windows(2).enumerate().map(error).collect())?;
+        let power = rows.iter().map(|&k| dq[k] * dq[k]).sum::<f64>() / rows.len() as f64;
+        let moves = libm::sqrt(power) * usual;
         let noise = noise.max(1e-9 * moves);
         Some(if moves > 3.0 * noise { 1.0 / (noise * noise) } else { 0.0 })
     };
@@ -96,8 +98,7 @@ fn steps(motion: &Motion, rows: &[usize], weights: &[f64]) -> Vec<Step> {
 }
 
 /// The commonest step of the moving robot, refined by all sure steps as multiples of it.
-fn tick_length(steps: &[Step]) -> Option<f64> {
-    let usual = median(steps.iter().map(|s| s.stamps).collect())?;
+fn tick_length(steps: &[Step], usual: f64) -> Option<f64> {
     let moving: Vec<f64> = steps.iter().filter(|s| s.error < SURE * usual).map(|s| s.elapsed).collect();
     if moving.len() < 100 || 4 * moving.len() < steps.len() {
         return None;
@@ -123,65 +124,73 @@ fn without_torn(rows: &[usize], steps: &[Step], tick: f64) -> Vec<usize> {
     std::iter::once(rows[0]).chain(later).collect()
 }
 
-/// Tick length by the stamps between the first and the last sure step.
-fn by_stamps(motion: &Motion, rows: &[usize], counts: &[f64], tick: f64) -> f64 {
-    let ticks: f64 = counts.iter().sum();
-    let stamped = motion.t[rows[rows.len() - 1]] - motion.t[rows[0]];
-    // Both estimates must tell the same story, or the stamps say nothing about the tick.
-    let period = stamped / ticks;
-    if (period - tick).abs() < 0.01 * tick { period } else { tick }
+/// The nominal period next to the tick of the motion; where there is none, the mean tick by the stamps
+/// if both tell the same story (logged velocities may be off by a gain).
+fn period(steps: &[Step], counts: &[f64], tick: f64) -> f64 {
+    let nominal = snap(tick, 5e-4);
+    if (nominal - tick).abs() > 0.0 {
+        return nominal;
+    }
+    let mean = steps.iter().map(|s| s.stamps).sum::<f64>() / counts.iter().sum::<f64>();
+    if (mean - tick).abs() < 0.01 * tick { mean } else { tick }
 }
 
-/// Ticks of each step: the likeliest whole number, then stretches of unsure steps held near the stamps.
+/// Ticks of each step.
 fn count(steps: &[Step], tick: f64) -> Vec<f64> {
-    let cost = cost_of_lengths(steps, tick);
-    let mut counts: Vec<f64> = steps.iter().map(|step| likeliest(step, tick, &cost)).collect();
-    let mut first = 0;
-    while first < steps.len() {
-        let end = (first..steps.len()).find(|&i| steps[i].error < SURE * tick).unwrap_or(steps.len());
-        if end > first {
-            hold(&steps[first..end], &mut counts[first..end], tick);
-        }
-        first = end + 1;
-    }
+    let tracker = Tracker::new(steps, tick);
+    let mut counts = vec![0.0; steps.len()];
+    // The start is counted backwards, from where the lateness of the stamps is known.
+    let start = steps.iter().position(|s| s.error < SURE * tick).unwrap_or(0);
+    let settled = (start + 200).min(steps.len());
+    tracker.follow(0.0, steps[..settled].iter().zip(&mut counts).rev());
+    tracker.follow(0.0, steps[start..].iter().zip(&mut counts[start..]));
     counts
 }
 
-/// Minus twice the logarithm of how often each length occurs among the sure steps.
-fn cost_of_lengths(steps: &[Step], tick: f64) -> [f64; LENGTHS] {
-    let mut seen = [0.5; LENGTHS];
-    for step in steps.iter().filter(|s| s.error < SURE * tick) {
-        let n = libm::round(step.elapsed / tick).max(1.0) as usize;
-        seen[n.min(LENGTHS) - 1] += 1.0;
-    }
-    let total: f64 = seen.iter().sum();
-    seen.map(|n| -2.0 * libm::log(n / total))
+/// Counts ticks step by step: sure steps by the motion alone, others by motion, stamps and experience.
+struct Tracker {
+    tick: f64,
+    /// Scatter of the stamps \[ticks\].
+    scatter: f64,
+    /// Minus twice the logarithm of how often each number of ticks occurs among the sure steps.
+    rarity: [f64; LENGTHS],
 }
 
-fn likeliest(step: &Step, tick: f64, cost: &[f64; LENGTHS]) -> f64 {
-    let nearest = libm::round(step.elapsed / tick).max(1.0);
-    if step.error < SURE * tick || nearest > LENGTHS as f64 {
-        return nearest;
+impl Tracker {
+    fn new(steps: &[Step], tick: f64) -> Self {
+        let mut seen = [0.5; LENGTHS];
+        let mut late = Vec::new();
+        for step in steps.iter().filter(|s| s.error < SURE * tick) {
+            let n = libm::round(step.elapsed / tick).max(1.0);
+            seen[LENGTHS.min(n as usize) - 1] += 1.0;
+            late.push((step.stamps / tick - n).abs());
+        }
+        let total: f64 = seen.iter().sum();
+        let scatter = (1.4826 * median(late).unwrap_or(1.0)).max(0.2);
+        Self { tick, scatter, rarity: seen.map(|n| -2.0 * libm::log(n / total)) }
     }
-    let total = |n: usize| {
-        let off = (n as f64 * tick - step.elapsed) / step.error;
-        off * off + cost[n - 1]
-    };
-    (1..=LENGTHS).min_by(|&a, &b| total(a).total_cmp(&total(b))).map_or(nearest, |n| n as f64)
-}
 
-/// Spreads whole ticks evenly over a stretch of unsure steps where its sum has left the stamps by
-/// more than [`LEEWAY`].
-fn hold(steps: &[Step], counts: &mut [f64], tick: f64) {
-    let stamped: f64 = steps.iter().map(|s| s.stamps).sum();
-    let sum: f64 = counts.iter().sum();
-    let excess = sum - sum.clamp((stamped - LEEWAY) / tick, (stamped + LEEWAY) / tick);
-    let (mut due, mut done) = (0.0, 0.0);
-    let share = excess / steps.len() as f64;
-    for n in counts {
-        due += share;
-        let change = libm::round(due - done).min(*n - 1.0);
-        *n -= change;
-        done += change;
+    /// Counts the steps in turn, `late` being how much later than usual the last stamp was \[ticks\].
+    fn follow<'a>(&self, mut late: f64, steps: impl Iterator<Item = (&'a Step, &'a mut f64)>) {
+        for (step, count) in steps {
+            let expected = late + step.stamps / self.tick;
+            *count = self.likeliest(step, expected);
+            late = (expected - *count) * (1.0 - FOLLOW);
+        }
+    }
+
+    fn likeliest(&self, step: &Step, expected: f64) -> f64 {
+        let nearest = libm::round(step.elapsed / self.tick).max(1.0);
+        if step.error < SURE * self.tick {
+            return nearest;
+        }
+        let cost = |n: f64| {
+            let by_motion = (n * self.tick - step.elapsed) / step.error;
+            let by_stamps = (n - expected) / self.scatter;
+            by_motion * by_motion + by_stamps * by_stamps + self.rarity[LENGTHS.min(n as usize) - 1]
+        };
+        let by_stamps = libm::round(expected).max(1.0);
+        let numbers = (1..=LENGTHS).map(|n| n as f64).chain([nearest, by_stamps]);
+        numbers.min_by(|&a, &b| cost(a).total_cmp(&cost(b))).unwrap_or(nearest)
     }
 }

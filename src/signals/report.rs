@@ -24,19 +24,19 @@ pub struct SignalReport {
     pub samples: usize,
     /// Samples among them that stand in gaps and were filled linearly.
     pub samples_filled: usize,
-    /// Longest distance between neighbouring rows [s].
+    /// Longest distance between neighbouring rows \[s\].
     pub longest_gap_s: f64,
     /// `inputs` or `parallel`.
     pub mode: &'static str,
-    /// Cut-off of the band [Hz].
+    /// Cut-off of the band \[Hz\].
     pub band_hz: f64,
     /// Order of each of the two filter passes.
     pub order: usize,
     /// `logged` or `position`.
     pub source_of_velocity: &'static str,
-    /// Cut-off before differentiation [Hz]; only in `parallel`.
+    /// Cut-off before differentiation \[Hz\]; only in `parallel`.
     pub position_cutoff_hz: Option<f64>,
-    /// Cut from both ends [s].
+    /// Cut from both ends \[s\].
     pub trim_s: f64,
     /// Every so-many-th sample was kept.
     pub decimate: usize,

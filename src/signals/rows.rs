@@ -7,9 +7,9 @@ use super::filter::{ZeroPhase, keep_every};
 /// Where the rows of a run lie in time: row `k` at `start + k * dt`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rows {
-    /// Time of the first row [s], on the log's own clock.
+    /// Time of the first row \[s\], on the log's own clock.
     pub start: f64,
-    /// Time between rows [s].
+    /// Time between rows \[s\].
     pub dt: f64,
     /// Number of rows.
     pub count: usize,

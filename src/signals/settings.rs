@@ -64,15 +64,15 @@ pub enum Keep {
 pub struct Settings {
     /// What is filtered: the inputs of the regressor, or its columns.
     pub mode: Mode,
-    /// Cut-off of the band in which the model is fitted [Hz].
+    /// Cut-off of the band in which the model is fitted \[Hz\].
     pub band_hz: f64,
     /// Order of the Butterworth low-pass of each pass; it runs forwards and backwards.
     pub order: usize,
-    /// Cut-off for positions and velocities before they are differentiated [Hz]; `Parallel` only.
+    /// Cut-off for positions and velocities before they are differentiated \[Hz\]; `Parallel` only.
     pub position_cutoff_hz: f64,
     /// Source of velocities.
     pub velocity_from: VelocityFrom,
-    /// Cut from both ends after filtering [s].
+    /// Cut from both ends after filtering \[s\].
     pub trim_s: f64,
     /// Keep every so-many-th sample after filtering. Not given: all in `Inputs`, about five samples
     /// per period of the band in `Parallel`.
@@ -81,7 +81,7 @@ pub struct Settings {
     pub clock: ClockChoice,
     /// What is kept of a log with gaps.
     pub keep: Keep,
-    /// Longest gap that is filled linearly [s]; where the clock jumps further the log is split. Never
+    /// Longest gap that is filled linearly \[s\]; where the clock jumps further the log is split. Never
     /// less than three sampling times.
     pub max_gap_s: f64,
 }
@@ -128,7 +128,7 @@ impl Settings {
         Ok(())
     }
 
-    /// Every so-many-th sample is kept at the sampling time `dt` [s].
+    /// Every so-many-th sample is kept at the sampling time `dt` \[s\].
     pub(super) fn decimation(&self, dt: f64) -> usize {
         let automatic = match self.mode {
             Mode::Inputs => 1,
