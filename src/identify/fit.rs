@@ -7,16 +7,17 @@ use crate::linalg::{Solution, Triangle, condition_number, product};
 use crate::model::Model;
 use crate::signals::{Folds, Run};
 
-use super::evidence::{Evidence, residual_squares};
+use super::evidence::{Evidence, residual_squares, residuals};
+use super::rows::over_rows;
 use super::uncertainty::score_variance;
 
 /// How rows are weighed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Weighting {
     /// Every row alike (ordinary least squares, eq. 8 of Gaz et al. 2019).
-    #[default]
     Ordinary,
     /// The rows of a joint by one over its residual rms, iterated.
+    #[default]
     Joint,
     /// Per-joint weights, and rows with large residuals count less (Huber 1964).
     Huber,
@@ -141,16 +142,15 @@ pub fn fit(model: &Model, evidence: &Evidence, left_out: Option<usize>, weightin
 pub fn fit_huber(model: &Model, runs: &[Run], folds: &Folds, evidence: &Evidence) -> Result<Fit> {
     let mut best = fit(model, evidence, None, Weighting::Joint)?;
     let plain = evidence.merged(None);
+    let mut scale = best.errors.rms.clone();
     for _ in 0..HUBER_ROUNDS {
-        let scale = best.errors.rms.clone();
+        scale = huber_scale(model, runs, &best.x, &scale)?;
         let weight = |joint: usize, r: f64| (HUBER_BEND * scale[joint] / r.abs()).min(1.0);
         let weighed = Evidence::collect_weighted(model, runs, folds, &best.x, &weight)?;
-        let mut next = solve(model, &weighed.merged(None), &best.weights)?;
-        next.errors = errors(model, &plain, &next.x);
+        let weights: Vec<f64> = scale.iter().map(|&s| if s > 0.0 { 1.0 / s } else { 1.0 }).collect();
+        let next = solve(model, &weighed.merged(None), &weights)?;
         let moved = next.x.iter().zip(&best.x).zip(&next.classical_sd);
         let settled = moved.fold(0.0_f64, |m, ((a, b), sd)| m.max((a - b).abs() / sd.max(1e-300)));
-        // The scale follows the bulk of the residuals: the weighed rms, not that of the outliers.
-        next.errors.rms = weighed_rms(model, &weighed, &next.x);
         best = next;
         if settled < 0.01 {
             break;
@@ -160,8 +160,33 @@ pub fn fit_huber(model: &Model, runs: &[Run], folds: &Folds, evidence: &Evidence
     Ok(best)
 }
 
-fn weighed_rms(model: &Model, evidence: &Evidence, x: &[f64]) -> Vec<f64> {
-    errors(model, &evidence.merged(None), x).rms
+/// Scale of each joint's residuals by Huber's second proposal: the rms of residuals cut at the bend, over
+/// what that would be for Gaussian noise of scale one. One step of the fixed-point iteration.
+fn huber_scale(model: &Model, runs: &[Run], x: &[f64], scale: &[f64]) -> Result<Vec<f64>> {
+    /// Mean of `min(|z|, bend)²` for a standard normal `z`.
+    const GAUSSIAN: f64 = 0.710_164_5;
+    let n = scale.len();
+    let parts = over_rows(
+        model,
+        runs,
+        || vec![(0.0, 0_usize); n],
+        |sums, view| {
+            for (joint, sum) in sums.iter_mut().enumerate() {
+                let bend = HUBER_BEND * scale[joint];
+                for r in residuals(model, view, joint, x) {
+                    let cut = r.abs().min(bend);
+                    sum.0 += cut * cut;
+                    sum.1 += 1;
+                }
+            }
+            Ok(())
+        },
+    )?;
+    let root = |joint: usize| {
+        let (sum, rows) = parts.iter().fold((0.0, 0), |(s, r), p| (s + p[joint].0, r + p[joint].1));
+        (sum / (GAUSSIAN * rows.max(1) as f64)).sqrt()
+    };
+    Ok((0..n).map(root).collect())
 }
 
 /// Adds robust standard deviations to a fit.

@@ -5,7 +5,7 @@ use argmin::core::{CostFunction, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 use serde::{Deserialize, Serialize};
 
-use crate::effects::SigmoidParameters;
+use crate::effects::{SigmoidParameters, logistic};
 
 use super::levenberg::levenberg_marquardt;
 
@@ -38,30 +38,49 @@ const STEEPEST: f64 = 1e4;
 const STARTS: [(f64, f64); 6] =
     [(5.0, 0.0), (20.0, 0.02), (20.0, -0.02), (60.0, 0.0), (150.0, 0.0), (2.0, 0.1)];
 
+/// Points that the search from every start looks at; only the best start is refined on all of them.
+const SURVEY: usize = 2000;
+
 /// Fits eq. 25 to pairs of velocity [rad/s] and remaining torque [N m], from several starts; the best wins.
+///
+/// All starts are searched on an evenly thinned set of pairs, which at the sampling rates of robot logs
+/// says nearly as much as all of them; the best is then searched again on all pairs.
 pub fn fit_sigmoid(velocity: &[f64], torque: &[f64], search: Search) -> SigmoidFit {
     let data = Data { velocity, torque };
+    let every = (velocity.len() / SURVEY).max(1);
+    let thin = |x: &[f64]| -> Vec<f64> { x.iter().step_by(every).copied().collect() };
+    let (few_velocities, few_torques) = (thin(velocity), thin(torque));
+    let survey = Data { velocity: &few_velocities, torque: &few_torques };
     let zero = SigmoidParameters { phi1: 0.0, phi2: 1.0, phi3: 0.0 };
-    let mut best = (data.mean_square(&zero), zero);
+    let mut best = (survey.mean_square(&zero), zero);
     let mut evaluations = 0;
-    for (phi2, phi3) in STARTS {
-        let start = data.with_best_amplitude(phi2, phi3);
+    let mut descend = |data: &Data<'_>, start: SigmoidParameters| {
         let (found, count) = match search {
-            Search::NelderMead => nelder_mead(&data, start),
-            Search::Gradient => gradient(&data, start),
+            Search::NelderMead => nelder_mead(data, start),
+            Search::Gradient => gradient(data, start),
         };
         evaluations += count;
-        let value = data.mean_square(&found);
-        if value < best.0 {
-            best = (value, found);
+        (data.mean_square(&found), found)
+    };
+    for (phi2, phi3) in STARTS {
+        let found = descend(&survey, survey.with_best_amplitude(phi2, phi3));
+        if found.0 < best.0 {
+            best = found;
         }
     }
+    let start = (data.mean_square(&best.1), best.1);
+    let (mean_square, parameters) =
+        if best.1.phi1.abs() > 0.0 { better(descend(&data, best.1), start) } else { start };
     SigmoidFit {
-        parameters: upright(best.1),
+        parameters: upright(parameters),
         rms_without: data.mean_square(&zero).sqrt(),
-        rms_with: best.0.sqrt(),
+        rms_with: mean_square.sqrt(),
         evaluations,
     }
+}
+
+fn better(a: (f64, SigmoidParameters), b: (f64, SigmoidParameters)) -> (f64, SigmoidParameters) {
+    if a.0 <= b.0 { a } else { b }
 }
 
 /// Eq. 25 is unchanged when amplitude and steepness change sign together; the positive one is reported.
@@ -76,8 +95,12 @@ struct Data<'a> {
 
 impl Data<'_> {
     fn mean_square(&self, p: &SigmoidParameters) -> f64 {
-        let sum: f64 = self.velocity.iter().zip(self.torque).map(|(&v, &t)| (t - p.torque(v)).powi(2)).sum();
-        sum / self.velocity.len().max(1) as f64
+        let at_rest = logistic(p.phi2 * p.phi3);
+        let squares = self.velocity.iter().zip(self.torque).map(|(&v, &t)| {
+            let r = t - p.phi1 * (logistic(p.phi2 * (v + p.phi3)) - at_rest);
+            r * r
+        });
+        squares.sum::<f64>() / self.velocity.len().max(1) as f64
     }
 
     /// The amplitude is linear, so every start begins with its best value.
@@ -120,13 +143,19 @@ fn nelder_mead(data: &Data<'_>, start: SigmoidParameters) -> (SigmoidParameters,
             corner[i] += step;
             simplex.push(corner);
         }
-        let Ok(solver) = NelderMead::new(simplex).with_sd_tolerance(1e-18) else { break };
+        // The spread of the costs is judged against their size; an exact fit goes on until it stalls.
+        let tolerance = 1e-10 * data.mean_square(&unpack(&center));
+        let Ok(solver) = NelderMead::new(simplex).with_sd_tolerance(tolerance) else { break };
+        let before = data.mean_square(&unpack(&center));
         let run = Executor::new(data, solver).configure(|s| s.max_iters(400)).timer(false).run();
         let Ok(result) = run else { break };
         let state = result.state();
         evaluations += state.get_func_counts().get("cost_count").copied().unwrap_or(0) as usize;
         if let Some(found) = state.get_best_param() {
             center.clone_from(found);
+        }
+        if data.mean_square(&unpack(&center)) > before * (1.0 - 1e-9) {
+            break;
         }
     }
     (unpack(&center), evaluations)
@@ -136,10 +165,11 @@ fn gradient(data: &Data<'_>, start: SigmoidParameters) -> (SigmoidParameters, us
     let x = [start.phi1, libm::log(start.phi2), start.phi3];
     let (found, evaluations) = levenberg_marquardt(x, |x, rows| {
         let p = unpack(x);
+        let b = logistic(p.phi2 * p.phi3);
+        let db = b * (1.0 - b);
         for (&v, &t) in data.velocity.iter().zip(data.torque) {
-            let (a, b) =
-                (crate::effects::logistic(p.phi2 * (v + p.phi3)), crate::effects::logistic(p.phi2 * p.phi3));
-            let (da, db) = (a * (1.0 - a), b * (1.0 - b));
+            let a = logistic(p.phi2 * (v + p.phi3));
+            let da = a * (1.0 - a);
             let slope2 = p.phi1 * (da * (v + p.phi3) - db * p.phi3) * p.phi2;
             let slope3 = p.phi1 * p.phi2 * (da - db);
             rows([a - b, slope2, slope3], t - p.phi1 * (a - b));
