@@ -57,9 +57,7 @@ fn rigid_body_alone_is_flagged_where_friction_is_all_there_is() {
     let Some(b) = run(&robot, "ur10e/unloaded_b.csv", Mode::Inputs) else { return };
     let errors = predicted(&model, &fitted(&model, &a), b);
     println!("{:.1?} % {:?}", errors.relative_percent, errors.worse_than_constant);
-    assert!(
-        errors.worse_than_constant[0],
-        "joint 1 turns about the vertical: nearly all of its torque is friction"
-    );
+    // The wrist carries little and turns slowly: what its motors show is friction.
+    assert!(errors.worse_than_constant[3] && errors.worse_than_constant[4]);
     assert!(!errors.worse_than_constant[1], "joint 2 lifts the arm: the rigid body explains most of it");
 }

@@ -1,7 +1,7 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use lacuna::kernels::{Chain, State, Workspace, inverse_dynamics, wrench};
+use lacuna::kernels::{Chain, State, Workspace, inverse_dynamics, lagrangian_torque, wrench};
 use lacuna::log::Log;
 use lacuna::robot::Robot;
 use lacuna::{Error, Result};
@@ -20,9 +20,21 @@ pub(super) struct Dynamics {
     /// Add the force and moment that each joint carries, in and about its link frame.
     #[arg(long)]
     wrenches: bool,
+    /// How the torque is computed; the two agree to rounding.
+    #[arg(long, value_enum, default_value_t = Form::NewtonEuler)]
+    form: Form,
     /// Gravity in the base frame [m/s²], instead of the robot file's.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     gravity: Option<String>,
+}
+
+/// Ways to the same torque.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Form {
+    /// Recursive Newton-Euler.
+    NewtonEuler,
+    /// M(q) ddq + c(q, dq) + g(q) from the static regressor and Christoffel symbols (eq. 23).
+    Lagrangian,
 }
 
 impl Dynamics {
@@ -45,15 +57,19 @@ impl Dynamics {
                 .at(dropped.first_line, dropped.first_column)
                 .help("every state needs numbers in all q, dq and ddq columns"));
         }
+        if self.wrenches && self.form == Form::Lagrangian {
+            return Err(Error::new("--wrenches: the Lagrangian form knows no joint wrenches")
+                .help("leave out --form lagrangian"));
+        }
         if global.json {
             return Err(Error::new("--json: `dynamics` prints CSV").help("leave out --json"));
         }
-        print(&table(&robot, &states, self.wrenches))?;
+        print(&table(&robot, &states, self.wrenches, self.form))?;
         Ok(true)
     }
 }
 
-fn table(robot: &Robot, states: &Log, wrenches: bool) -> String {
+fn table(robot: &Robot, states: &Log, wrenches: bool, form: Form) -> String {
     let n = robot.dof();
     let label = |j: usize| {
         if states.named_joints { format!("_{}", robot.joints[j].name) } else { (j + 1).to_string() }
@@ -72,7 +88,11 @@ fn table(robot: &Robot, states: &Log, wrenches: bool) -> String {
     for k in 0..states.q[0].len() {
         let at = |columns: &[Vec<f64>]| -> Vec<f64> { columns.iter().map(|c| c[k]).collect() };
         let (q, dq, ddq) = (at(&states.q), at(dq), at(ddq));
-        inverse_dynamics(&chain, &mut ws, State::new(&q, &dq, &ddq), &parameters, &mut tau);
+        let state = State::new(&q, &dq, &ddq);
+        match form {
+            Form::NewtonEuler => inverse_dynamics(&chain, &mut ws, state, &parameters, &mut tau),
+            Form::Lagrangian => tau = lagrangian_torque(&chain, state, &parameters),
+        }
         let mut numbers = tau.clone();
         if wrenches {
             for j in 0..n {
