@@ -72,9 +72,11 @@ fn placement<T: Real>(node: &Node, q: T) -> ([[T; 3]; 3], [T; 3]) {
     match node.kind {
         JointKind::Revolute => {
             let (sin, cos) = q.sin_cos();
-            let rotation: [[T; 3]; 3] = std::array::from_fn(|r| {
-                std::array::from_fn(|c| (sin * c1[r][c] + cos * c2[r][c]) + q.lift(c0[r][c]))
-            });
+            let rotation = [
+                turned_row(sin, cos, [&c0[0], &c1[0], &c2[0]]),
+                turned_row(sin, cos, [&c0[1], &c1[1], &c2[1]]),
+                turned_row(sin, cos, [&c0[2], &c1[2], &c2[2]]),
+            ];
             let place = lift(q, &node.place);
             let origin = match &node.offset {
                 None => place,
@@ -83,10 +85,21 @@ fn placement<T: Real>(node: &Node, q: T) -> ([[T; 3]; 3], [T; 3]) {
             (rotation, origin)
         }
         JointKind::Prismatic => {
-            let rotation = std::array::from_fn(|r| lift(q, &c0[r]));
+            let rotation = [lift(q, &c0[0]), lift(q, &c0[1]), lift(q, &c0[2])];
             (rotation, add(lift(q, &node.place), along(&node.slide, q)))
         }
     }
+}
+
+/// A row of `c0 + sin c1 + cos c2`. Written out here as in all of the kernels: closures handed to the
+/// standard library are compiled without the wide registers, and every operation becomes a call.
+#[inline(always)]
+fn turned_row<T: Real>(sin: T, cos: T, [c0, c1, c2]: [&[f64; 3]; 3]) -> [T; 3] {
+    [
+        (sin * c1[0] + cos * c2[0]) + sin.lift(c0[0]),
+        (sin * c1[1] + cos * c2[1]) + sin.lift(c0[1]),
+        (sin * c1[2] + cos * c2[2]) + sin.lift(c0[2]),
+    ]
 }
 
 /// Places every link and propagates velocity and acceleration outwards (classical Newton-Euler recursion:

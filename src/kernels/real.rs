@@ -64,13 +64,20 @@ impl<S: Simd> Lanes<S> {
     /// The first samples of `slice`; lanes beyond its end are 0.
     #[inline(always)]
     pub fn load(simd: S, slice: &[f64]) -> Self {
-        Self { simd, value: simd.partial_load_f64s(slice) }
+        let value = match S::as_simd_f64s(slice) {
+            ([value], []) => *value,
+            _ => simd.partial_load_f64s(slice),
+        };
+        Self { simd, value }
     }
 
     /// Writes as many lanes as `slice` takes.
     #[inline(always)]
     pub fn store(self, slice: &mut [f64]) {
-        self.simd.partial_store_f64s(slice, self.value);
+        match S::as_mut_simd_f64s(slice) {
+            ([value], []) => *value = self.value,
+            _ => self.simd.partial_store_f64s(slice, self.value),
+        }
     }
 
     /// The same constant in every lane.
