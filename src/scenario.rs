@@ -101,9 +101,9 @@ pub enum Logs {
 pub struct Simulated {
     /// The commanded motion.
     pub motion: Commanded,
-    /// Length of the motion between run-up and run-out [s].
+    /// Length of the motion between run-up and run-out \[s\].
     pub duration_s: f64,
-    /// Length of run-up and run-out [s].
+    /// Length of run-up and run-out \[s\].
     #[serde(default = "half")]
     pub ramp_s: f64,
     /// Physics of the plant beside its rigid links.
@@ -135,7 +135,7 @@ pub enum Commanded {
     Random {
         /// Number of harmonics.
         harmonics: usize,
-        /// Period [s].
+        /// Period \[s\].
         period_s: f64,
         /// Part of each joint's range and speed that is used, up to 1.
         amplitude: f64,
@@ -151,14 +151,14 @@ pub enum HoldOut {
     Auto,
     /// Equal phases of all periods are held out together.
     SamePhase {
-        /// Period of the motion [s].
+        /// Period of the motion \[s\].
         period_s: f64,
         /// Number of folds.
         folds: u16,
     },
     /// Contiguous blocks, dealt out to folds in turn.
     Contiguous {
-        /// Length of a block [s].
+        /// Length of a block \[s\].
         block_s: f64,
         /// Number of folds.
         folds: u16,
@@ -218,7 +218,7 @@ impl Scenario {
             HoldOut::SamePhase { period_s, folds } => (period_s, folds),
             HoldOut::Contiguous { block_s, folds } => (block_s, folds),
         };
-        if !(seconds > 0.0 && seconds.is_finite()) || !(2..=1000).contains(&folds) {
+        if !(seconds > 0.0 && seconds.is_finite() && (2..=1000).contains(&folds)) {
             return Err(Error::new("`hold_out` needs a positive time and 2 to 1000 folds"));
         }
         Ok(())

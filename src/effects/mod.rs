@@ -80,9 +80,12 @@ impl Stretch<'_> {
     }
 }
 
+/// Calls back with the slice of a column (term, joint) when the model uses it.
+pub(crate) type Wanted<'a> = dyn FnMut(usize, usize, &mut dyn FnMut(&mut [f64])) + 'a;
+
 /// Receives the columns of one effect over one stretch.
 pub struct Columns<'a> {
-    pub(crate) wanted: &'a mut dyn FnMut(usize, usize, &mut dyn FnMut(&mut [f64])),
+    pub(crate) wanted: &'a mut Wanted<'a>,
     pub(crate) scratch: &'a mut Option<RegressorBlock>,
 }
 

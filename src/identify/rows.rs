@@ -52,7 +52,7 @@ impl RowView<'_> {
         }
     }
 
-    /// Cuts the view where `key` of a row number changes, and at most [`STRETCH`] rows long.
+    /// Cuts the view where `key` of a row number changes, and at most a few hundred rows long.
     pub fn split_by<K: PartialEq>(
         &self,
         key: impl Fn(usize) -> K,

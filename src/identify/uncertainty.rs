@@ -9,9 +9,9 @@ use crate::signals::Run;
 use super::evidence::residuals;
 use super::rows::over_rows;
 
-/// Bandwidth of the Bartlett kernel [s]: residuals further apart count as independent.
+/// Bandwidth of the Bartlett kernel \[s\]: residuals further apart count as independent.
 pub const BANDWIDTH_S: f64 = 1.0;
-/// Scores are summed over pieces this long [s] before the kernel is applied.
+/// Scores are summed over pieces this long \[s\] before the kernel is applied.
 const PIECE_S: f64 = 0.05;
 
 /// Long-run variance of the scores `Yᵀ W² r` (Newey and West 1987, Bartlett kernel of
@@ -60,9 +60,9 @@ fn score_pieces(model: &Model, runs: &[Run], x: &[f64], weights: &[f64]) -> Resu
                     pieces.push((view.run, number, vec![0.0; p]));
                 }
                 let Some((_, _, score)) = pieces.last_mut() else { return Ok(()) };
-                for joint in 0..model.robot.dof() {
+                for (joint, weight) in weights.iter().enumerate() {
                     let residual = residuals(model, part, joint, x);
-                    let w = weights[joint] * weights[joint];
+                    let w = weight * weight;
                     for (local, &column) in model.active[joint].iter().enumerate() {
                         let dot: f64 =
                             part.column(joint, local).iter().zip(&residual).map(|(y, r)| y * r).sum();

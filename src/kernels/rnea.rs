@@ -45,7 +45,7 @@ pub fn inverse_dynamics<T: Real>(
     }
 }
 
-/// Force [N] and moment about the link origin [N m] that joint `i` carries, in link axes, as the last
+/// Force \[N\] and moment about the link origin [N m] that joint `i` carries, in link axes, as the last
 /// [`inverse_dynamics`] left them.
 pub fn wrench<T: Real>(ws: &Workspace<T>, i: usize) -> ([T; 3], [T; 3]) {
     (ws.force[i], ws.moment[i])

@@ -7,11 +7,12 @@
 // The constants are written with the digits of their source.
 #![allow(clippy::excessive_precision)]
 
+use std::f64::consts::FRAC_2_PI;
+
 use super::real::Ordered;
 
 /// Adding and subtracting this rounds to the nearest whole number (1.5 · 2^52).
 const ROUND: f64 = 6755399441055744.0;
-const TWO_OVER_PI: f64 = 6.36619772367581382433e-01;
 /// Half pi in three pieces of which the first two have 33 bits, so products with small whole numbers are exact.
 const HALF_PI: [f64; 3] =
     [1.57079632673412561417e+00, 6.07710050630396597660e-11, 2.02226624879595063154e-21];
@@ -32,12 +33,12 @@ const COS: [f64; 6] = [
     -1.13596475577881948265e-11,
 ];
 
-/// Sine and cosine of `x` [rad]: within 1.5e-16 for |x| up to 1e6, and no worse than the rounding of
+/// Sine and cosine of `x` \[rad\]: within 1.5e-16 for |x| up to 1e6, and no worse than the rounding of
 /// `x` itself times a small factor beyond.
 #[inline(always)]
 pub(super) fn sin_cos<T: Ordered>(x: T) -> (T, T) {
     let round = x.lift(ROUND);
-    let n = (x * TWO_OVER_PI + round) - round;
+    let n = (x * FRAC_2_PI + round) - round;
     let r = ((x - n * HALF_PI[0]) - n * HALF_PI[1]) - n * HALF_PI[2];
     // Quadrant as -2, -1, 0, 1 or 2.
     let quadrant = n - ((n * 0.25 + round) - round) * 4.0;

@@ -28,7 +28,8 @@ impl Solution {
         let r = factor(triangle);
         for j in 0..n {
             let size = triangle.column_squares(j).sqrt();
-            if !(r[(j, j)].abs() > 1e-13 * size) {
+            let pivot = r[(j, j)].abs();
+            if pivot.is_nan() || pivot <= 1e-13 * size {
                 return Err(Error::new(format!(
                     "column {j} of the regressor depends on the columns before it"
                 ))

@@ -12,7 +12,7 @@ pub const PARAMETER_NAMES: [&str; PARAMETERS_PER_LINK] =
 pub const PARAMETER_UNITS: [&str; PARAMETERS_PER_LINK] =
     ["kg", "kg m", "kg m", "kg m", "kg m^2", "kg m^2", "kg m^2", "kg m^2", "kg m^2", "kg m^2"];
 
-/// `(m, mx, my, mz, Jxx, Jxy, Jxz, Jyy, Jyz, Jzz)`: mass [kg], first moment `m c` [kg m] and inertia
+/// `(m, mx, my, mz, Jxx, Jxy, Jxz, Jyy, Jyz, Jzz)`: mass \[kg\], first moment `m c` [kg m] and inertia
 /// tensor **about the link-frame origin** [kg m²], all in link-frame axes.
 ///
 /// `J` holds tensor elements, so `Jxy = Ixy - m cx cy` and `Jxx = Ixx + m (cy² + cz²)` with `I` about
@@ -37,7 +37,7 @@ impl InertialParameters {
         &self.0
     }
 
-    /// Mass [kg].
+    /// Mass \[kg\].
     pub fn mass(&self) -> f64 {
         self.0[0]
     }
@@ -53,7 +53,7 @@ impl InertialParameters {
         Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
     }
 
-    /// Centre of mass [m]; `None` below 1e-6 kg, where it has no meaning.
+    /// Centre of mass \[m\]; `None` below 1e-6 kg, where it has no meaning.
     pub fn center_of_mass(&self) -> Option<Vector3<f64>> {
         (self.mass() >= 1e-6).then(|| self.first_moment() / self.mass())
     }

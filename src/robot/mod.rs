@@ -27,9 +27,9 @@ const LARGEST_NUMBER: f64 = 1e12;
 /// How a joint moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JointKind {
-    /// Rotation [rad]; URDF `revolute` and `continuous`.
+    /// Rotation \[rad\]; URDF `revolute` and `continuous`.
     Revolute,
-    /// Translation [m].
+    /// Translation \[m\].
     Prismatic,
 }
 
@@ -51,7 +51,7 @@ pub struct Limits {
 pub struct Pose {
     /// Orientation of the child frame in the parent frame.
     pub rotation: Matrix3<f64>,
-    /// Origin of the child frame in the parent frame [m].
+    /// Origin of the child frame in the parent frame \[m\].
     pub translation: Vector3<f64>,
 }
 
@@ -171,8 +171,8 @@ impl Robot {
     /// joint's own axis; `Standard`: `Rz(theta) Tz(d) Tx(a) Rx(alpha)`, link frame at the far end),
     /// `gravity` [m/s², base frame], `rows`, and optionally `name`, `angles` (`Radians` or `Degrees`,
     /// for every angle in the file) and `frames` fixed to a link (the last one, or `link: 3`; 0 is the
-    /// base). A row has `a`, `d` [m], `alpha`, `theta`, and optionally `name`, `kind` (`Revolute` or
-    /// `Prismatic`), `limits` and `inertia`: `mass` [kg], `com` [m] and `tensor` about it [kg m²], in
+    /// base). A row has `a`, `d` \[m\], `alpha`, `theta`, and optionally `name`, `kind` (`Revolute` or
+    /// `Prismatic`), `limits` and `inertia`: `mass` \[kg\], `com` \[m\] and `tensor` about it [kg m²], in
     /// the link frame. The joint moves `theta`, or `d` when prismatic; the value written is its offset.
     ///
     /// # Errors

@@ -8,10 +8,10 @@ use super::{JointKind, Remark, Robot};
 /// numbers are rounded, and a flat or rod-like body lies right on the border.
 const ROUNDING: f64 = 1e-6;
 
-/// Shortest distance [m] that counts as far, however small the robot is (think of a hand).
+/// Shortest distance \[m\] that counts as far, however small the robot is (think of a hand).
 const SMALLEST_FAR: f64 = 0.5;
 
-/// Radius of gyration [m] below which a body with mass is practically a point.
+/// Radius of gyration \[m\] below which a body with mass is practically a point.
 const POINT: f64 = 1e-4;
 
 /// One `<inertial>` element or table row as written, in the axes of its own link frame.
@@ -43,7 +43,7 @@ pub fn implausible_inertias(robot: &Robot) -> Vec<Remark> {
     robot.links.iter().filter_map(doubts_about).collect()
 }
 
-/// A distance [m] that nothing on one link of this robot should exceed: twice its longest link.
+/// A distance \[m\] that nothing on one link of this robot should exceed: twice its longest link.
 pub(super) fn far_for(robot: &Robot) -> f64 {
     let reach = |joint: &super::Joint| {
         let travel = [joint.limits.lower, joint.limits.upper]

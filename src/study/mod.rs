@@ -81,8 +81,8 @@ pub fn run(path: &Path, options: Options<'_>) -> Result<Outcome> {
 
 impl Study<'_> {
     fn all(mut self, name: String) -> Result<Outcome> {
-        let poses = self.timed("static identification", Self::from_poses)?;
-        let moving = self.timed("identification from logs", Self::from_logs)?;
+        let poses = self.timed("static identification", Self::identify_from_poses)?;
+        let moving = self.timed("identification from logs", Self::identify_from_logs)?;
         let friction = match &moving {
             Some(moving) => self.timed("friction path", |s| s.friction_path(moving, poses.as_ref()))?,
             None => Vec::new(),

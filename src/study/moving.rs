@@ -32,7 +32,7 @@ struct Prepared {
 }
 
 impl Study<'_> {
-    pub(super) fn from_logs(&mut self) -> Result<Option<FromLogs>> {
+    pub(super) fn identify_from_logs(&mut self) -> Result<Option<FromLogs>> {
         let Some((fitted, validated)) = self.logs()? else { return Ok(None) };
         let data = self.prepare_all(&fitted)?;
         let model = Model::new(&self.robot, self.scenario.effects.clone())?;
@@ -62,7 +62,7 @@ impl Study<'_> {
         match logs {
             Logs::Simulated(_) => Ok(Some((vec![self.simulated()?], Vec::new()))),
             Logs::Files { fit, validate, columns, missing } => {
-                let map = columns.as_ref().map(|c| ColumnMap::open(&self.folder.join(c))).transpose()?;
+                let map = columns.as_ref().map(|c| ColumnMap::open(self.folder.join(c))).transpose()?;
                 let open = |path: &Path| Log::open(path, &self.robot, map.as_ref());
                 if !self.data.is_empty() {
                     let fitted: Vec<Log> = self.data.iter().map(|p| open(p)).collect::<Result<_>>()?;

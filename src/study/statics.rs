@@ -33,7 +33,7 @@ pub(super) struct FromPoses {
 }
 
 impl Study<'_> {
-    pub(super) fn from_poses(&mut self) -> Result<Option<FromPoses>> {
+    pub(super) fn identify_from_poses(&mut self) -> Result<Option<FromPoses>> {
         let (poses, published, noise) = match &self.scenario.poses {
             None => return Ok(None),
             Some(Poses::File(file)) => {
