@@ -1,8 +1,10 @@
 //! Identify robot arms from their logs, and find the physics the model is missing.
 
+pub mod constraints;
 pub mod effects;
 pub mod error;
 pub mod excitation;
+pub mod form;
 pub mod identify;
 pub mod kernels;
 pub mod linalg;
@@ -13,9 +15,11 @@ pub mod plant;
 pub mod predict;
 mod random;
 pub mod report;
+pub mod retrieval;
 pub mod robot;
 pub mod scenario;
 pub mod signals;
+pub mod space;
 pub mod study;
 pub mod text;
 

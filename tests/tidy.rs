@@ -46,6 +46,11 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("identify", vec!["robot", "kernels", "linalg", "log", "signals", "effects", "model"]),
         ("predict", vec!["identify", "model", "signals"]),
         ("model_file", vec!["effects", "identify", "model", "robot", "signals"]),
+        ("space", vec![]),
+        ("form", vec![]),
+        ("retrieval", vec!["space", "form", "random"]),
+        ("constraints", vec!["space", "form", "retrieval", "robot", "script"]),
+        ("script", vec!["space", "form"]),
         ("report", vec!["identify"]),
         ("scenario", vec!["effects", "excitation", "identify", "plant", "signals"]),
     ])

@@ -1,0 +1,61 @@
+//! Coordinates to search in.
+//!
+//! Objective and cones are simplest in one set of unknowns `z` (link-frame moments), bounds and random
+//! starts in another `p` (mass, centre of mass, inertia about it). A chart leads from `p` to `z`.
+
+use std::fmt::Debug;
+
+use crate::space::Space;
+
+/// Search coordinates `p` with finite bounds, and the way to the unknowns `z`.
+///
+/// Groups of `p` and of `z` correspond: moving `p` within a group changes `z` only within that group.
+pub trait Chart: Debug + Send + Sync {
+    /// The coordinates with their bounds.
+    fn space(&self) -> &Space;
+
+    /// Writes the unknowns of one group for the coordinates of that group.
+    fn group_to_unknowns(&self, group: usize, p: &[f64], z: &mut [f64]);
+
+    /// Coordinates of one group for its unknowns, as far as they are determined (0 where they are not).
+    fn group_to_coordinates(&self, group: usize, z: &[f64], p: &mut [f64]);
+
+    /// Unknowns for all coordinates.
+    fn unknowns(&self, p: &[f64]) -> Vec<f64> {
+        let mut z = vec![0.0; p.len()];
+        for (group, range) in self.space().ranges().into_iter().enumerate() {
+            self.group_to_unknowns(group, &p[range.clone()], &mut z[range]);
+        }
+        z
+    }
+
+    /// Coordinates for all unknowns.
+    fn coordinates(&self, z: &[f64]) -> Vec<f64> {
+        let mut p = vec![0.0; z.len()];
+        for (group, range) in self.space().ranges().into_iter().enumerate() {
+            self.group_to_coordinates(group, &z[range.clone()], &mut p[range]);
+        }
+        p
+    }
+}
+
+/// Search coordinates that are the unknowns themselves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Identity {
+    /// The unknowns with finite bounds.
+    pub space: Space,
+}
+
+impl Chart for Identity {
+    fn space(&self) -> &Space {
+        &self.space
+    }
+
+    fn group_to_unknowns(&self, _group: usize, p: &[f64], z: &mut [f64]) {
+        z.copy_from_slice(p);
+    }
+
+    fn group_to_coordinates(&self, _group: usize, z: &[f64], p: &mut [f64]) {
+        p.copy_from_slice(z);
+    }
+}
