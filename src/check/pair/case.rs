@@ -23,9 +23,32 @@ pub(super) struct Case {
     projected: DMatrix<f64>,
     /// Columns of the model that the motion excites.
     kept: Vec<usize>,
+    /// What friction does per joint.
+    friction: Vec<Friction>,
     /// Per joint, with friction and offset projected out: torque², torque x model, model² of the robot
     /// file's own inertias.
     given: Option<Vec<[f64; 3]>>,
+}
+
+/// Identified friction of one joint for every choice of signs: its columns' rows of `R⁻¹ Qᵀ tau`, and the
+/// weighted squares of its torque.
+#[derive(Debug, Clone)]
+struct Friction {
+    /// Coefficient of viscous friction per unit of each joint's torque sign.
+    viscous: Vec<f64>,
+    /// The same for Coulomb friction.
+    coulomb: Vec<f64>,
+    /// Weighted sums of v², |v| and 1 over the rows that move.
+    squares: [f64; 3],
+}
+
+impl Friction {
+    /// Weighted square of a friction torque that drives the motion instead of braking it; 0 where it brakes.
+    fn driving(&self, signs: &[f64]) -> f64 {
+        let times = |row: &[f64]| row.iter().zip(signs).map(|(f, s)| f * s).sum::<f64>();
+        let (fv, fc, [vv, v, one]) = (times(&self.viscous), times(&self.coulomb), self.squares);
+        if fv * vv + fc * v < 0.0 { fv * fv * vv + 2.0 * fv * fc * v + fc * fc * one } else { 0.0 }
+    }
 }
 
 impl Case {
@@ -37,7 +60,8 @@ impl Case {
         let weights = weights(run)?;
         let (total, kept) = stack(model, &evidence.triangles[0], &weights);
         let case = Self::of(&total, kept, run.tau.len());
-        Ok(Self { given: parameters.map(|x| given_products(model, run, &weights, x)), ..case })
+        let friction = case.friction(model, run, &weights);
+        Ok(Self { friction, given: parameters.map(|x| given_products(model, run, &weights, x)), ..case })
     }
 
     /// From a triangle over the `kept` columns and `n` torques.
@@ -52,6 +76,7 @@ impl Case {
             r: part(0, 0, p, p),
             projected: part(0, p, p, n),
             kept,
+            friction: Vec::new(),
             given: None,
         }
     }
@@ -62,6 +87,30 @@ impl Case {
         let row = |i: usize| (0..signs.len()).map(|j| self.gram[(i, j)] * signs[j]).sum::<f64>();
         let squares: f64 = signs.iter().enumerate().map(|(i, s)| s * row(i)).sum();
         (squares.max(0.0) / signs.len() as f64).sqrt()
+    }
+
+    /// The same with friction that drives the motion, which is no friction, counted as error.
+    pub fn physical_error(&self, signs: &[f64]) -> f64 {
+        let driving: f64 = self.friction.iter().map(|f| f.driving(signs)).sum();
+        (self.error(signs).powi(2) + driving / signs.len() as f64).sqrt()
+    }
+
+    fn friction(&self, model: &Model, run: &Run, weights: &[f64]) -> Vec<Friction> {
+        let n = run.tau.len();
+        let none = || DMatrix::zeros(self.kept.len(), n);
+        let solved = self.r.solve_upper_triangular(&self.projected).unwrap_or_else(none);
+        let row = |symbol: String| {
+            let column = model.columns.iter().position(|c| c.about.symbol == symbol);
+            let at = column.and_then(|c| self.kept.binary_search(&c).ok());
+            at.map_or(vec![0.0; n], |i| solved.row(i).iter().copied().collect())
+        };
+        let joint = |j: usize| {
+            let sum = |f: fn(f64) -> f64| run.dq[j].iter().map(|v| f(*v)).sum::<f64>();
+            let moving = |v: f64| f64::from(u8::from(v.abs() > 0.0));
+            let squares = [sum(|v| v * v), sum(f64::abs), sum(moving)].map(|s| s * weights[j] * weights[j]);
+            Friction { viscous: row(format!("fv{}", j + 1)), coulomb: row(format!("fc{}", j + 1)), squares }
+        };
+        (0..n).map(joint).collect()
     }
 
     /// The same for the robot file's own inertias, with only friction and offset fitted.
@@ -83,9 +132,14 @@ impl Case {
     pub fn best_signs(&self) -> Vec<f64> {
         let n = self.gram.nrows();
         let mut best = vec![1.0; n];
-        let mut least = self.error(&best);
+        // Friction tells a sign from its opposite, so it only counts for the sense it allows more.
+        let either = |signs: &[f64]| {
+            let opposite: Vec<f64> = signs.iter().map(|s| -s).collect();
+            self.physical_error(signs).min(self.physical_error(&opposite))
+        };
+        let mut least = either(&best);
         let mut consider = |signs: Vec<f64>, best: &mut Vec<f64>| {
-            let error = self.error(&signs);
+            let error = either(&signs);
             let better = error < least * (1.0 - 1e-9);
             if better {
                 (least, *best) = (error, signs);

@@ -53,7 +53,9 @@ pub struct Finding {
     pub joints: Vec<String>,
     /// What is wrong, in words.
     pub text: String,
-    /// Relative error as it is and put right [%], everything else that was found being put right.
+    /// Relative error as it is and put right [%], everything else that was found being put right. Friction
+    /// that would drive the motion counts as error; where refitting hides the mistake, it is the error of
+    /// the robot file's own inertias.
     pub error_percent: Option<[f64; 2]>,
     /// The same, every fold of rows predicted by the fit of the others [%].
     pub held_out_error_percent: Option<[f64; 2]>,
@@ -81,6 +83,8 @@ pub struct Findings {
     pub corrected_relative_error_percent: f64,
     /// What was found, units first.
     pub findings: Vec<Finding>,
+    /// Mistakes that these data cannot tell from what is written: the model explains both as well.
+    pub not_told_apart: Vec<String>,
     /// The column map (RON) that reads the log right, where one helps.
     pub column_map: Option<String>,
 }
@@ -101,7 +105,7 @@ impl Findings {
 /// When the log is too short or too slow to be filtered, or holds no changing torque.
 pub fn log_against_robot(robot: &Robot, log: &Log, other_convention: Option<&Robot>) -> Result<Findings> {
     let kinematics = velocity::examine(log, robot);
-    let (full, _) = prepare(&kinematics.log, &settings(&kinematics.log))?;
+    let (full, _) = prepare(&kinematics.log, &quick_settings(&kinematics.log))?;
     let run = thinned(&full);
     let folds = folds(&full, &run)?;
     let units_known = kinematics.position_degrees || kinematics.velocity_degrees;
@@ -115,7 +119,9 @@ pub fn log_against_robot(robot: &Robot, log: &Log, other_convention: Option<&Rob
     findings.extend(extras::torque_scale(&ground, &found)?);
     findings.extend(extras::unexplained(&found));
     findings.sort_by_key(|f| f.severity == Severity::Warning);
+    let undecided = ground.undecided(&found.best)?;
     Ok(Findings {
+        not_told_apart: undecided.iter().map(|c| words::change(robot, c, &kinematics).1).collect(),
         rows: run.samples() * robot.dof(),
         folds: folds.description.clone(),
         relative_error_percent: 100.0 * found.as_is.error,
@@ -128,7 +134,7 @@ pub fn log_against_robot(robot: &Robot, log: &Log, other_convention: Option<&Rob
 }
 
 /// The signal step for a check: the usual band where the log is fast and long enough for it.
-fn settings(log: &Log) -> Settings {
+pub(super) fn quick_settings(log: &Log) -> Settings {
     let usual = Settings::default();
     let length = log.t.last().zip(log.t.first()).map_or(0.0, |(end, start)| (end - start).abs());
     let rate = log.t.len() as f64 / length.max(1e-9);
@@ -176,18 +182,21 @@ fn of_steps(ground: &Ground, found: &Found, kinematics: &Kinematics) -> Result<V
         let before_out = ground.held_out(&without.reading)?;
         let (kind, text, joints) = words::change(robot, step, kinematics);
         let others = ground.as_good_as(step, &found.steps, &found.best)?;
-        let given = |from: &search::Scored| from.given.filter(|_| found.best.error > 0.6 * without.error);
+        let given =
+            |from: &search::Scored| from.given.filter(|_| found.best.physical > 0.72 * without.physical);
         let errors = match given(&without).zip(given(&found.best)) {
             Some((before, after)) => [before, after],
-            None => [without.error, found.best.error],
+            None => [without.physical, found.best.physical],
         };
-        let holds = after_out < 0.8 * before_out || found.best.error > 0.6 * without.error;
+        let holds = after_out < 0.8 * before_out || found.best.error > 0.72 * without.error;
         let sure = proven && holds && found.best.decisive(&without);
+        let driving =
+            if without.physical > 1.3 * without.error { "; as it is, friction would drive it" } else { "" };
         findings.push(Finding {
             kind,
             severity: if sure { Severity::Defect } else { Severity::Warning },
             joints: joints.iter().map(|&j| robot.joints[j].name.clone()).collect(),
-            text,
+            text: text + driving,
             error_percent: Some(errors.map(|e| 100.0 * e)),
             held_out_error_percent: Some([before_out, after_out].map(|e| 100.0 * e)),
             also_possible: others.iter().map(|c| words::change(robot, c, kinematics).1).collect(),
@@ -200,4 +209,9 @@ fn of_steps(ground: &Ground, found: &Found, kinematics: &Kinematics) -> Result<V
 /// Signs the search cannot see: every torque together.
 fn all_torques(reading: &Reading) -> Reading {
     reading.with(&Change::FlipTorques((0..reading.torque.len()).collect()))
+}
+
+/// Change of position per logged velocity of every joint, where the two follow each other.
+pub(super) fn velocity_slopes(log: &Log, robot: &Robot) -> Vec<Option<f64>> {
+    velocity::examine(log, robot).slopes
 }

@@ -40,6 +40,8 @@ pub(super) struct Scored {
     pub change: Option<Change>,
     /// Relative error of the classical model, refitted.
     pub error: f64,
+    /// The same, friction that drives the motion counted as error.
+    pub physical: f64,
     /// Relative error of the robot file's own inertias.
     pub given: Option<f64>,
 }
@@ -48,17 +50,17 @@ impl Scored {
     /// What the search makes small: both errors count, the file's own model half and never beyond a constant's.
     pub fn objective(&self) -> f64 {
         let given = self.given.unwrap_or(1.0).clamp(0.02, 1.0);
-        libm::log(self.error.max(1e-5)) + 0.5 * libm::log(given)
+        libm::log(self.physical.max(1e-5)) + 0.5 * libm::log(given)
     }
 
     /// Whether this explains so much more than `before` that nobody can doubt it.
     pub fn decisive(&self, before: &Scored) -> bool {
-        let refit = self.error < 0.6 * before.error && self.error < 0.7;
+        let refit = self.physical < 0.72 * before.physical && self.physical < 0.7;
         let given = match (self.given, before.given) {
             (Some(after), Some(before)) => (after < 0.5 * before && after < 0.5, after < 1.3 * before),
             _ => (false, true),
         };
-        (refit && given.1) || (given.0 && self.error < 1.1 * before.error)
+        (refit && given.1) || (given.0 && self.physical < 1.1 * before.physical)
     }
 }
 
@@ -106,13 +108,13 @@ impl Ground<'_> {
         let as_is = self.score(Reading::as_is(self.robot), None)?;
         let (mut best, mut steps) = (as_is.clone(), Vec::new());
         for _ in 0..MOST_STEPS {
-            let Some(next) = self.neighbours(&best.reading)?.into_iter().min_by(by_objective) else { break };
+            let Some(next) = simplest_of_best(self.neighbours(&best.reading)?) else { break };
             if next.objective() > best.objective() - WORTHWHILE {
                 break;
             }
             let next = self.refined(next)?;
             match next.change.clone() {
-                Some(Change::FlipTorques(joints)) => {
+                Some(Change::FlipTorques(joints)) if joints.len() < self.robot.dof() => {
                     steps.extend(joints.into_iter().map(|j| Change::FlipTorques(vec![j])));
                 }
                 change => steps.extend(change),
@@ -157,6 +159,12 @@ impl Ground<'_> {
             .collect())
     }
 
+    /// Changes that the data do not speak for or against: the best reading with them is as good.
+    pub fn undecided(&self, best: &Scored) -> Result<Vec<Change>> {
+        let near = |s: &Scored| s.objective() < best.objective() + TIE;
+        Ok(self.neighbours(&best.reading)?.into_iter().filter(near).filter_map(|s| s.change).collect())
+    }
+
     /// Every reading one change away.
     fn neighbours(&self, from: &Reading) -> Result<Vec<Scored>> {
         let parts: Vec<Vec<Scored>> = self
@@ -182,11 +190,11 @@ impl Ground<'_> {
             signs.iter_mut().for_each(|s| *s = -*s);
         }
         let joints: Vec<usize> = (0..signs.len()).filter(|&j| signs[j] < 0.0).collect();
-        if joints.is_empty() || joints.len() == signs.len() {
+        if joints.is_empty() {
             return Ok(Vec::new());
         }
         let mut all = vec![joints.clone()];
-        if joints.len() > 1 {
+        if joints.len() > 1 && joints.len() < signs.len() {
             all.extend(joints.into_iter().map(|j| vec![j]));
         }
         let one = |joints: Vec<usize>| {
@@ -208,6 +216,7 @@ impl Ground<'_> {
             reading: from.with(&joint),
             change: Some(joint),
             error: case.error(&signs),
+            physical: case.physical_error(&signs),
             given: case.given_error(&signs),
         };
         Ok(vec![alone, both])
@@ -270,7 +279,22 @@ impl Ground<'_> {
 
 fn scored(case: &Case, reading: Reading, change: Option<Change>) -> Scored {
     let signs = vec![1.0; reading.torque.len()];
-    Scored { error: case.error(&signs), given: case.given_error(&signs), reading, change }
+    let (error, physical) = (case.error(&signs), case.physical_error(&signs));
+    Scored { error, physical, given: case.given_error(&signs), reading, change }
+}
+
+/// The best; of several as good, the one that is most likely to happen to somebody.
+fn simplest_of_best(all: Vec<Scored>) -> Option<Scored> {
+    let least = all.iter().map(Scored::objective).fold(f64::INFINITY, f64::min);
+    let rank = |scored: &Scored| match &scored.change {
+        Some(Change::FlipTorques(joints)) => 1 + joints.len(),
+        Some(Change::FlipPosition(_)) => 100,
+        Some(Change::FlipJoint(_)) => 300,
+        Some(Change::SwapJoints(..) | Change::SwapPositions(..) | Change::SwapTorques(..)) => 200,
+        _ => 0,
+    };
+    let near = all.into_iter().filter(|s| s.objective() <= least + 0.02);
+    near.min_by(|a, b| rank(a).cmp(&rank(b)).then_with(|| by_objective(a, b)))
 }
 
 fn by_objective(a: &Scored, b: &Scored) -> std::cmp::Ordering {

@@ -85,13 +85,13 @@ impl Kinematics {
         let n = self.velocity.len();
         let follows = |i: usize, j: usize| pairs.correlation(i, j).abs() > FOLLOWS;
         for i in 0..n {
-            if !pairs.moves(i) || follows(i, i) {
+            if !pairs.moves(i, 1e-6) || follows(i, i) {
                 continue;
             }
             let other = (0..n).find(|&j| j != i && follows(i, j) && !follows(j, j));
             match other {
                 Some(column) => self.velocity[i].column = column,
-                None if pairs.correlation(i, i).abs() < 0.5 => self.lost.push(i),
+                None if pairs.moves(i, 1e-3) && pairs.correlation(i, i).abs() < 0.5 => self.lost.push(i),
                 None => {}
             }
         }
@@ -227,9 +227,9 @@ impl Pairs {
         }
     }
 
-    /// Whether position `i` moves enough to be judged.
-    fn moves(&self, i: usize) -> bool {
-        self.differences[i] > 1e-4 * self.fastest
+    /// Whether position `i` moves enough to be judged: by its share of the fastest joint's squares.
+    fn moves(&self, i: usize, share: f64) -> bool {
+        self.differences[i] > share * self.fastest
     }
 
     fn correlation(&self, i: usize, j: usize) -> f64 {
@@ -239,7 +239,7 @@ impl Pairs {
 
     /// Change of position `i` per velocity `j`, where they follow each other.
     fn slope(&self, i: usize, j: usize) -> Option<f64> {
-        let follows = self.moves(i) && self.correlation(i, j).abs() > 0.5;
+        let follows = self.moves(i, 1e-6) && self.correlation(i, j).abs() > 0.5;
         // The larger the noise, the smaller a plain slope; the ratio of sizes has no such bias.
         let size = (self.differences[i] / self.velocities[j].max(1e-300)).sqrt();
         follows.then(|| size * self.cross[i][j].signum())
