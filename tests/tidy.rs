@@ -45,6 +45,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("model", vec!["robot", "kernels", "signals", "effects", "identify"]),
         ("identify", vec!["robot", "kernels", "linalg", "log", "signals", "effects", "model"]),
         ("predict", vec!["identify", "model", "signals"]),
+        ("check", vec!["effects", "excitation", "identify", "kernels", "linalg", "log", "model", "model_file", "plant", "predict", "report", "robot", "scenario", "signals", "study", "constraints", "random"]),
         ("model_file", vec!["effects", "identify", "model", "robot", "signals"]),
         ("space", vec![]),
         ("form", vec![]),
