@@ -20,6 +20,11 @@ pub trait Chart: Debug + Send + Sync {
     /// Coordinates of one group for its unknowns, as far as they are determined (0 where they are not).
     fn group_to_coordinates(&self, group: usize, z: &[f64], p: &mut [f64]);
 
+    /// Largest size of every unknown while the coordinates stay within their bounds, where that is known.
+    fn reach(&self) -> Option<Vec<f64>> {
+        None
+    }
+
     /// Unknowns for all coordinates.
     fn unknowns(&self, p: &[f64]) -> Vec<f64> {
         let mut z = vec![0.0; p.len()];
@@ -57,5 +62,9 @@ impl Chart for Identity {
 
     fn group_to_coordinates(&self, _group: usize, z: &[f64], p: &mut [f64]) {
         p.copy_from_slice(z);
+    }
+
+    fn reach(&self) -> Option<Vec<f64>> {
+        Some(self.space.parameters.iter().map(|p| p.lower.abs().max(p.upper.abs())).collect())
     }
 }

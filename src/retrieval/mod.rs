@@ -2,11 +2,15 @@
 //! objective and forms; nothing here knows robots, data or effects.
 
 mod audit;
+pub mod certificate;
 mod chart;
+mod cone;
+mod lmi;
 mod objective;
 
 pub use audit::{Audit, ConstraintAudit, FEASIBLE, audit};
 pub use chart::{Chart, Identity};
+pub use lmi::{LmiEngine, LmiSolution};
 pub use objective::Quadratic;
 
 use std::fmt::Debug;
