@@ -3,7 +3,10 @@
 
 mod audit;
 mod chart;
+pub mod checkpoint;
 mod objective;
+pub mod penalty;
+pub mod polish;
 
 pub use audit::{Audit, ConstraintAudit, FEASIBLE, audit};
 pub use chart::{Chart, Identity};
@@ -99,6 +102,9 @@ pub trait RetrievalEngine: Debug + Send + Sync {
     /// # Errors
     /// With the reason, for people.
     fn accepts(&self, form: &Form) -> Result<(), String>;
+
+    /// Where finished parts of its work are kept from now on; engines that are done at once need nothing.
+    fn set_checkpoint(&mut self, _checkpoint: Option<checkpoint::Checkpoint>) {}
 
     /// Solves the problem.
     ///
