@@ -9,7 +9,7 @@ pub mod penalty;
 pub mod polish;
 
 pub use audit::{Audit, ConstraintAudit, FEASIBLE, audit};
-pub use chart::{Chart, Identity};
+pub use chart::{Chart, Identity, Side};
 pub use objective::Quadratic;
 
 use std::fmt::Debug;

@@ -4,6 +4,7 @@
 //! the global optimum up to a known gap; a general form enters with the Gauss-Newton part of its barrier.
 //! A start that violates forms is led inside first by minimising one slack that relaxes them all.
 
+mod bounds;
 mod cholesky;
 mod newton;
 mod program;

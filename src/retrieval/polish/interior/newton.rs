@@ -73,6 +73,7 @@ impl<'a, 'p> Newton<'a, 'p> {
                 }
             }
             let last = goal(self.program.cost(&self.x)) / self.program.degree();
+            if std::env::var("DBG").is_ok() { eprintln!("DBG mu {mu:e} last {last:e} cost {:e} ev {} slope {:e}", self.program.cost(&self.x), self.evaluations, dot(&self.gradient,&self.direction)); }
             if mu <= last {
                 return End::Path;
             }

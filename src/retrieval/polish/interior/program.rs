@@ -2,8 +2,9 @@
 
 use nalgebra::DVector;
 
+use super::bounds::Bounds;
 use super::cholesky::dot;
-use super::terms::{Bounds, LogSum, Scratch, Slopes, Term};
+use super::terms::{LogSum, Scratch, Slopes, Term};
 use crate::form::{Affine, Form};
 use crate::retrieval::{Problem, Quadratic};
 
@@ -75,7 +76,8 @@ impl<'a> Program<'a> {
         if matches!(relaxation, Relaxation::Each { .. }) {
             terms.extend((0..slacks).map(|k| Term::Affine(Affine::variable(n + k))));
         }
-        let bounds = Bounds::of(problem.chart.as_ref());
+        let (convex, bounds) = Bounds::of(problem.chart.as_ref());
+        terms.extend(convex);
         let degree =
             terms.iter().map(Term::degree).sum::<f64>() + bounds.iter().map(Bounds::degree).sum::<f64>();
         Self { problem, curvature, terms, bounds, relaxation, slacks, degree }

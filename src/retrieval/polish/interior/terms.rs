@@ -6,7 +6,6 @@ use std::sync::Arc;
 
 use super::cholesky::{factor_small, invert_small};
 use crate::form::{Affine, Body, Form, General};
-use crate::retrieval::Chart;
 
 /// What the terms add to: gradient and lower triangle (column by column) of the Hessian.
 pub(super) struct Slopes<'a> {
@@ -23,7 +22,7 @@ impl Slopes<'_> {
     }
 
     /// Adds `first * v` to the gradient and `second * v vᵀ` to the Hessian for a sparse `v`.
-    fn outer(&mut self, v: &[(usize, f64)], first: f64, second: f64) {
+    pub(super) fn outer(&mut self, v: &[(usize, f64)], first: f64, second: f64) {
         for (k, &(i, a)) in v.iter().enumerate() {
             self.gradient[i] += first * a;
             for &(j, b) in &v[..=k] {
@@ -109,7 +108,16 @@ impl Term {
             Some((index, factor)) => row.clone().plus(factor, &Affine::variable(index)),
             None => row.clone(),
         };
-        match &form.body {
+        Self::of(&form.body, slack, &relaxed)
+    }
+
+    /// The barrier of one bound of a chart.
+    pub(super) fn bound(body: &Body) -> Self {
+        Self::of(body, None, &Affine::clone)
+    }
+
+    fn of(body: &Body, slack: Slack, relaxed: &dyn Fn(&Affine) -> Affine) -> Self {
+        match body {
             Body::Affine(row) => Self::Affine(relaxed(row)),
             Body::Norm { rows, bound } => Self::Cone { rows: rows.clone(), bound: relaxed(bound) },
             Body::Psd { size, lower } => Self::Psd(Block::new(*size, lower, slack)),
@@ -265,94 +273,3 @@ fn turn(x: &[f64], n: usize, entries: &[(usize, usize, f64)], result: &mut [f64]
     }
 }
 
-/// The finite bounds of one group of search coordinates.
-#[derive(Debug, Clone)]
-pub(super) struct Bounds {
-    group: usize,
-    start: usize,
-    /// Per coordinate: lower and upper bound.
-    limits: Vec<(f64, f64)>,
-}
-
-/// Coordinates of a group and their derivatives with respect to its unknowns (row per coordinate).
-struct Place {
-    p: Vec<f64>,
-    jacobian: Vec<f64>,
-}
-
-impl Bounds {
-    /// Bounds of every group of a chart.
-    pub(super) fn of(chart: &dyn Chart) -> Vec<Self> {
-        let space = chart.space();
-        let limits = |range: &std::ops::Range<usize>| {
-            space.parameters[range.clone()].iter().map(|p| widened(p.lower, p.upper)).collect()
-        };
-        space
-            .ranges()
-            .into_iter()
-            .enumerate()
-            .map(|(group, range)| Self { group, start: range.start, limits: limits(&range) })
-            .collect()
-    }
-
-    /// Number of bounds.
-    pub(super) fn degree(&self) -> f64 {
-        2.0 * self.limits.len() as f64
-    }
-
-    /// Adds the logarithms of all distances to the bounds; `false` outside.
-    pub(super) fn add_logs(&self, chart: &dyn Chart, x: &[f64], p: &mut Vec<f64>, logs: &mut LogSum) -> bool {
-        p.resize(self.limits.len(), 0.0);
-        chart.group_to_coordinates(self.group, &x[self.start..self.start + self.limits.len()], p);
-        let scaled = |v: f64, (lower, upper): (f64, f64)| ((v - lower) / (upper - lower), (upper - v) / (upper - lower));
-        p.iter().zip(&self.limits).all(|(&v, &limits)| {
-            let (below, above) = scaled(v, limits);
-            logs.add(below) && logs.add(above)
-        })
-    }
-
-    /// Adds `mu` times their derivatives (Gauss-Newton in the chart).
-    pub(super) fn add_slopes(&self, chart: &dyn Chart, x: &[f64], mu: f64, slopes: &mut Slopes<'_>) {
-        let n = self.limits.len();
-        let place = self.place(chart, &x[self.start..self.start + n]);
-        for (i, &(lower, upper)) in self.limits.iter().enumerate() {
-            let (below, above) = (1.0 / (place.p[i] - lower), 1.0 / (upper - place.p[i]));
-            let row: Vec<(usize, f64)> = (0..n)
-                .map(|k| (self.start + k, place.jacobian[i * n + k]))
-                .filter(|(_, slope)| slope.abs() > 0.0)
-                .collect();
-            slopes.outer(&row, mu * (above - below), mu * (above * above + below * below));
-        }
-    }
-
-    /// Central differences: charts are smooth, and a barrier needs no more than six digits of them.
-    fn place(&self, chart: &dyn Chart, z: &[f64]) -> Place {
-        let n = z.len();
-        let coordinates = |z: &[f64]| {
-            let mut p = vec![0.0; n];
-            chart.group_to_coordinates(self.group, z, &mut p);
-            p
-        };
-        let (mut jacobian, mut moved) = (vec![0.0; n * n], z.to_vec());
-        for k in 0..n {
-            let h = (1e-6 * z[k].abs()).max(1e-8);
-            moved[k] = z[k] + h;
-            let above = coordinates(&moved);
-            let top = moved[k];
-            moved[k] = z[k] - h;
-            let below = coordinates(&moved);
-            let width = top - moved[k];
-            moved[k] = z[k];
-            for i in 0..n {
-                jacobian[i * n + k] = (above[i] - below[i]) / width;
-            }
-        }
-        Place { p: coordinates(z), jacobian }
-    }
-}
-
-/// A coordinate that is fixed gets a corridor within what counts as rounding, for a barrier needs an interior.
-fn widened(lower: f64, upper: f64) -> (f64, f64) {
-    let least = 1e-10 * lower.abs().max(upper.abs()).max(1.0);
-    if upper - lower >= least { (lower, upper) } else { (lower - least, upper + least) }
-}
