@@ -55,7 +55,14 @@ impl ComCone {
     };
 
     fn shape(&self) -> Shape {
-        Shape::Cone { base: self.base, axis: self.axis, radius: self.radius, top_radius: self.top_radius, height: self.height, caps: self.caps }
+        Shape::Cone {
+            base: self.base,
+            axis: self.axis,
+            radius: self.radius,
+            top_radius: self.top_radius,
+            height: self.height,
+            caps: self.caps,
+        }
     }
 }
 

@@ -80,7 +80,8 @@ impl Constraint for ComUnion {
                 why: "a union of shapes is not convex".into(),
                 implied: box_forms(&extent, space, link),
             };
-            let label = format!("{}: centre of mass in one of {} shapes", space.names[link], self.shapes.len());
+            let label =
+                format!("{}: centre of mass in one of {} shapes", space.names[link], self.shapes.len());
             forms.push(Form::new(label, "m", scale, body));
         }
         Ok(forms)

@@ -15,7 +15,8 @@ pub(super) fn inside(folder: &Path, path: &Path) -> Result<PathBuf> {
         return Err(error("the path is absolute".into()).help("write it relative to the scenario file"));
     }
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let folder = folder.canonicalize().map_err(|e| error(format!("cannot find the scenario's folder: {e}")))?;
+    let folder =
+        folder.canonicalize().map_err(|e| error(format!("cannot find the scenario's folder: {e}")))?;
     let root = folder.ancestors().find(|f| f.join(".git").exists()).unwrap_or(&folder);
     // A path that climbs out is refused before anything outside is looked at.
     let mut depth = folder.strip_prefix(root).map_or(0, |p| p.components().count());
@@ -55,7 +56,10 @@ mod tests {
         let at = |path: &str| inside(&study, Path::new(path)).map_err(|e| e.message().to_string());
         assert!(at("meshes/in.stl").is_ok());
         assert!(at("../beside.stl").is_ok(), "the repository is one folder up");
-        assert_eq!(at("../../outside.stl"), Err("the path leaves the scenario's repository or folder".into()));
+        assert_eq!(
+            at("../../outside.stl"),
+            Err("the path leaves the scenario's repository or folder".into())
+        );
         assert_eq!(at("/etc/hostname"), Err("the path is absolute".into()));
         assert!(at("meshes/absent.stl").is_err_and(|e| e.starts_with("cannot read the file")));
         #[cfg(unix)]

@@ -57,7 +57,8 @@ pub(super) fn size(points: &[Vector3<f64>]) -> f64 {
 fn simplex(points: &[Vector3<f64>]) -> Option<[usize; 4]> {
     let near = NEAR * size(points);
     let farthest = |distance: &dyn Fn(&Vector3<f64>) -> f64| {
-        let best = (0..points.len()).max_by(|&i, &j| distance(&points[i]).total_cmp(&distance(&points[j])))?;
+        let best =
+            (0..points.len()).max_by(|&i, &j| distance(&points[i]).total_cmp(&distance(&points[j])))?;
         (distance(&points[best]) > near).then_some(best)
     };
     let a = (0..points.len()).min_by(|&i, &j| points[i].x.total_cmp(&points[j].x))?;
@@ -122,9 +123,8 @@ impl<'a> Growing<'a> {
     /// Adds the point farthest beyond triangle `start`.
     fn reach_out(&mut self, start: usize) {
         let beyond = &self.triangles[start].beyond;
-        let farthest = beyond.iter().copied().max_by(|&p, &q| {
-            self.height(start, p).total_cmp(&self.height(start, q))
-        });
+        let farthest =
+            beyond.iter().copied().max_by(|&p, &q| self.height(start, p).total_cmp(&self.height(start, q)));
         let Some(apex) = farthest else { return };
         let (seen, horizon) = self.seen_from(apex, start);
         let mut orphans = Vec::new();
@@ -185,9 +185,8 @@ fn merged(points: &[Vector3<f64>], triangles: &[Triangle]) -> Vec<HalfSpace> {
         }
     }
     groups.sort_by(|x, y| y.0.total_cmp(&x.0));
-    let touching = |normal: &Vector3<f64>| {
-        points.iter().map(|p| normal.dot(p)).fold(f64::NEG_INFINITY, f64::max)
-    };
+    let touching =
+        |normal: &Vector3<f64>| points.iter().map(|p| normal.dot(p)).fold(f64::NEG_INFINITY, f64::max);
     groups.into_iter().map(|(_, normal)| HalfSpace { normal, offset: touching(&normal) }).collect()
 }
 
@@ -256,8 +255,7 @@ mod tests {
         assert_eq!(hull.len(), 50);
         assert!(!holds(&hull, &Vector3::new(0.1 + 1e-6, 0.0, 0.2), 0.0));
         let mut stream = Stream::new(5, 0);
-        let ball: Vec<_> =
-            (0..2000).map(|_| Vector3::from_fn(|_, _| stream.normal()).normalize()).collect();
+        let ball: Vec<_> = (0..2000).map(|_| Vector3::from_fn(|_, _| stream.normal()).normalize()).collect();
         let hull = convex_hull(&ball).expect("has an inside");
         // Each of the 2 n - 4 faces touches the sphere with three corners; all are inside it.
         assert!(hull.len() > 3900, "{}", hull.len());

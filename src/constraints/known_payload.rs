@@ -72,7 +72,8 @@ impl KnownPayload {
         let inertia = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
         let spread = 0.5 * inertia.trace() - inertia.symmetric_eigenvalues().max();
         if spread < -1e-9 * inertia.trace().abs() {
-            let text = format!("the payload's inertia breaks the triangle inequality by {:.1e} kg m^2", -spread);
+            let text =
+                format!("the payload's inertia breaks the triangle inequality by {:.1e} kg m^2", -spread);
             return Err(Error::new(text).help("check its elements, their signs and units"));
         }
         Ok(InertialParameters::from_barycentric(self.mass, Vector3::from(self.com), inertia))

@@ -1,6 +1,6 @@
 //! Which links a constraint is about.
 
-use serde::de::{Error as _, SeqAccess, Visitor};
+use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::error::{Error, Result};
@@ -47,8 +47,10 @@ pub fn link_index(robot: &Robot, name: &str) -> Result<usize> {
     }
     if let Some(frame) = robot.frames.iter().find(|f| f.name == name) {
         return Err(match frame.link {
-            Some(link) => Error::new(format!("`{name}` is not a moving link"))
-                .help(format!("it is fixed to `{}`, and both are one body: name that", robot.links[link].name)),
+            Some(link) => Error::new(format!("`{name}` is not a moving link")).help(format!(
+                "it is fixed to `{}`, and both are one body: name that",
+                robot.links[link].name
+            )),
             None => Error::new(format!("`{name}` is fixed to the base, which has no link parameters")),
         });
     }
@@ -70,41 +72,27 @@ impl Serialize for Links {
     }
 }
 
+/// RON hands out a bare word only to enums, so the word is one.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "links are `All` or a list of names such as [\"link4\"]")]
+enum Written {
+    Word(Word),
+    Names(Vec<String>),
+}
+
+#[derive(Deserialize)]
+enum Word {
+    All,
+}
+
 impl<'de> Deserialize<'de> for Links {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Either;
-        impl<'de> Visitor<'de> for Either {
-            type Value = Links;
-
-            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str("`All` or a list of link names such as [\"link4\"]")
+        match Written::deserialize(deserializer)? {
+            Written::Word(Word::All) => Ok(Self::All),
+            Written::Names(names) if names.is_empty() => {
+                Err(D::Error::custom("the list of links is empty; write `All` or name at least one"))
             }
-
-            fn visit_str<E: serde::de::Error>(self, v: &str) -> Result<Links, E> {
-                if v == "All" {
-                    Ok(Links::All)
-                } else {
-                    Err(E::invalid_value(serde::de::Unexpected::Str(v), &self))
-                }
-            }
-
-            fn visit_bytes<E: serde::de::Error>(self, v: &[u8]) -> Result<Links, E> {
-                self.visit_str(std::str::from_utf8(v).map_err(E::custom)?)
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Links, A::Error> {
-                let mut names = Vec::new();
-                while let Some(name) = seq.next_element::<String>()? {
-                    names.push(name);
-                }
-                if names.is_empty() {
-                    return Err(A::Error::custom(
-                        "the list of links is empty; write `All` or name at least one",
-                    ));
-                }
-                Ok(Links::Named(names))
-            }
+            Written::Names(names) => Ok(Self::Named(names)),
         }
-        deserializer.deserialize_any(Either)
     }
 }

@@ -53,7 +53,8 @@ impl Constraint for MassOrder {
         }
         let form = |pair: &[usize]| {
             let (heavy, light) = (pair[0], pair[1]);
-            let row = space.mass(heavy).plus(-1.0, &space.mass(light)).plus(-1.0, &Affine::constant(self.gap));
+            let row =
+                space.mass(heavy).plus(-1.0, &space.mass(light)).plus(-1.0, &Affine::constant(self.gap));
             let label = format!("mass of {} >= mass of {}", space.names[heavy], space.names[light]);
             Form::affine(label, "kg", self.gap, row)
         };

@@ -188,6 +188,7 @@ fn inside(links: &Links, shape: &Shape, robot: &Robot, space: &LinkSpace) -> Res
 
 /// The centre of mass of each of `links` is inside a box.
 fn within(links: &Links, extent: &Extent, robot: &Robot) -> Result<Vec<Bound>> {
-    let of_link = |link: usize| (0..3).map(move |axis| Bound::com(link, axis, extent[axis].0, extent[axis].1));
+    let of_link =
+        |link: usize| (0..3).map(move |axis| Bound::com(link, axis, extent[axis].0, extent[axis].1));
     Ok(links.indices(robot)?.into_iter().flat_map(of_link).collect())
 }

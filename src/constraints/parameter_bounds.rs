@@ -161,7 +161,9 @@ impl ParameterBounds {
         let implied = implied.map(|row| Form::affine(format!("{label}, relaxed"), "kg m^2", bound, row));
         let body = Body::General {
             function,
-            why: "inertia about the centre of mass is not linear in the unknowns, and this side is not convex".into(),
+            why:
+                "inertia about the centre of mass is not linear in the unknowns, and this side is not convex"
+                    .into(),
             implied: implied.collect(),
         };
         Form::new(label, "kg m^2", bound, body)
@@ -182,9 +184,8 @@ impl ParameterBounds {
         };
         let (m, mc) = (space.mass(link), |axis: usize| space.first_moment(link, axis));
         // `q mc_a + p mc_b - p q m` touches `m c_a c_b` where c_a = p and where c_b = q.
-        let touching = |(a, p): (usize, f64), (b, q): (usize, f64)| {
-            mc(a).times(q).plus(p, &mc(b)).plus(-p * q, &m)
-        };
+        let touching =
+            |(a, p): (usize, f64), (b, q): (usize, f64)| mc(a).times(q).plus(p, &mc(b)).plus(-p * q, &m);
         let element = space.inertia_at_origin(link, a, b).plus(-1.0, &Affine::constant(bound)).times(sign);
         if a == b {
             let (c, d) = ((a + 1) % 3, (a + 2) % 3);

@@ -147,7 +147,8 @@ impl Shape {
             Self::Box { lower, upper } => {
                 if let Some(axis) = (0..3).find(|&axis| lower[axis] > upper[axis]) {
                     let (lower, upper, axis) = (lower[axis], upper[axis], ["x", "y", "z"][axis]);
-                    let text = format!("the box is empty: in {axis}, lower {lower} m is above upper {upper} m");
+                    let text =
+                        format!("the box is empty: in {axis}, lower {lower} m is above upper {upper} m");
                     return Err(Error::new(text).help("swap them"));
                 }
                 Ok(box_planes(&std::array::from_fn(|axis| (lower[axis], upper[axis]))))

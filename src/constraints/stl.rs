@@ -67,7 +67,8 @@ fn ascii(text: &str) -> Result<Vec<Vector3<f64>>> {
         let mut words = line.split_whitespace();
         match words.next() {
             Some("vertex") => {
-                let x: Vec<f64> = words.filter_map(|w| w.parse().ok()).filter(|x: &f64| x.is_finite()).collect();
+                let x: Vec<f64> =
+                    words.filter_map(|w| w.parse().ok()).filter(|x: &f64| x.is_finite()).collect();
                 let column = 1 + line.len() - line.trim_start().len();
                 if x.len() != 3 || line.split_whitespace().count() != 4 {
                     return Err(Error::new("a vertex is not three finite numbers").at(number + 1, column));
@@ -133,7 +134,9 @@ mod tests {
         assert!(message(b"").contains("0 bytes are too few"));
         assert!(message(b"solid x\nendsolid x\n").contains("no triangles"));
         assert!(message(b"solid x\n  vertex 1 2 inf\nendsolid").contains(":2:3"));
-        assert!(message(b"solid x\nvertex 1 2 3\nvertex 1 2 3\nvertex 3 4 5\n").contains("ends in the middle"));
+        assert!(
+            message(b"solid x\nvertex 1 2 3\nvertex 1 2 3\nvertex 3 4 5\n").contains("ends in the middle")
+        );
         let mut nan = CORNERS;
         nan[1][2] = f32::NAN;
         assert!(message(&binary_file(&nan, 1)).contains("corner 2 of triangle 1"));
