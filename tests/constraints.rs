@@ -108,7 +108,7 @@ fn a_rod_is_on_the_border_of_the_triangle_inequality() {
 #[test]
 fn margins_do_not_depend_on_the_frame_of_a_body() {
     let robot = common::robot("panda.ron");
-    let forms = forms(r#"{"triangle_inequality": (links: ["link3"])}"#, &robot);
+    let forms = forms(r#"{"triangle_inequality": (links: Only(["link3"]))}"#, &robot);
     let own = robot.links[2].inertia.expect("has one");
     let moment = own.inertia_at_center_of_mass().expect("has mass");
     let expected = 0.5 * moment.trace() - moment.symmetric_eigenvalues().max();
@@ -164,7 +164,7 @@ fn open_sides_of_the_search_space_are_closed_and_named() -> lacuna::Result<()> {
     let all = [
         constraint(r#"{"mass_range": (min: 0.0, max: 10.0)}"#),
         constraint(
-            r#"{"com_cylinder": (links: ["link1"], center: (0.0, -0.75, 0.0), axis: (0.0, 1.0, 0.0), radius: 0.15)}"#,
+            r#"{"com_cylinder": (links: Only(["link1"]), center: (0.0, -0.75, 0.0), axis: (0.0, 1.0, 0.0), radius: 0.15)}"#,
         ),
     ];
     let search = search_space(&robot, &space, &all)?;
@@ -184,9 +184,9 @@ fn open_sides_of_the_search_space_are_closed_and_named() -> lacuna::Result<()> {
 #[test]
 fn the_cylinder_with_a_conical_tip_is_convex_and_equals_the_if_else_rule() {
     let robot = common::robot("two_link.ron");
-    let tip = r#"{"com_cone": (links: ["link2"], base: (-0.2, 0.0, 0.0), axis: (1.0, 0.0, 0.0), radius: 0.08,
+    let tip = r#"{"com_cone": (links: Only(["link2"]), base: (-0.2, 0.0, 0.0), axis: (1.0, 0.0, 0.0), radius: 0.08,
                               top_radius: 0.02, height: 0.2, caps: false)}"#;
-    let tube = r#"{"com_cylinder": (links: ["link2"], center: (0.0, 0.0, 0.0), axis: (1.0, 0.0, 0.0), radius: 0.08)}"#;
+    let tube = r#"{"com_cylinder": (links: Only(["link2"]), center: (0.0, 0.0, 0.0), axis: (1.0, 0.0, 0.0), radius: 0.08)}"#;
     let forms = [forms(tip, &robot), forms(tube, &robot)].concat();
     assert!(forms.iter().all(Form::is_convex));
     for (x, y, z) in

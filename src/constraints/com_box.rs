@@ -31,7 +31,7 @@ impl ComBox {
                cylinder or hull is much tighter.",
         condition: "lower m <= m c <= upper m, per axis",
         settings: &[
-            ("links", "", "links it holds for, [\"name\", ..] or All"),
+            ("links", "", "links it holds for: All, or Only([\"name\", ..])"),
             ("lower", "m", "smallest coordinates, (x, y, z)"),
             ("upper", "m", "largest coordinates, (x, y, z)"),
         ],

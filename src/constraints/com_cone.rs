@@ -43,7 +43,7 @@ impl ComCone {
                paper's supplement, which is convex although it is written there as an if-else rule.",
         condition: "|across(m c - m base)| <= radius m + (top_radius - radius)/height along(m c - m base), 0 <= along(..) <= height m",
         settings: &[
-            ("links", "", "links it holds for, [\"name\", ..] or All"),
+            ("links", "", "links it holds for: All, or Only([\"name\", ..])"),
             ("base", "m", "centre of the base disc, (x, y, z)"),
             ("axis", "", "from base to top, (x, y, z), of any length"),
             ("radius", "m", "radius of the base"),

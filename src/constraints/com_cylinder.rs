@@ -35,7 +35,7 @@ impl ComCylinder {
                UR. Without a height only the distance to the axis counts.",
         condition: "|across(m c - m center)| <= radius m, |along(m c - m center)| <= height/2 m",
         settings: &[
-            ("links", "", "links it holds for, [\"name\", ..] or All"),
+            ("links", "", "links it holds for: All, or Only([\"name\", ..])"),
             ("center", "m", "centre, half-way up, (x, y, z)"),
             ("axis", "", "direction of the axis, (x, y, z), of any length"),
             ("radius", "m", "radius"),

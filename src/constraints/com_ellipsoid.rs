@@ -32,7 +32,7 @@ impl ComEllipsoid {
                density_realisable says more: with it the whole body fits into the ellipsoid.",
         condition: "|diag(1/semi_axes) R^T (m c - m center)| <= m",
         settings: &[
-            ("links", "", "links it holds for, [\"name\", ..] or All"),
+            ("links", "", "links it holds for: All, or Only([\"name\", ..])"),
             ("center", "m", "centre, (x, y, z)"),
             ("semi_axes", "m", "half-lengths along its own axes"),
             ("rpy", "rad", "roll, pitch, yaw of its axes, as in URDF; none when not given"),

@@ -28,7 +28,7 @@ impl ComHull {
                more faces than `faces` is replaced by its largest ones and a box, which is slightly larger.",
         condition: "n_k . m c <= d_k m for every face k of the hull",
         settings: &[
-            ("links", "", "links it holds for, [\"name\", ..] or All"),
+            ("links", "", "links it holds for: All, or Only([\"name\", ..])"),
             ("mesh.path", "", "STL file, ASCII or binary, relative to the scenario, inside its repository"),
             ("mesh.scale", "m", "metres per unit of the file; 1 when not given, 0.001 for millimetres"),
             ("mesh.xyz", "m", "origin of the mesh in the link frame; none when not given"),

@@ -29,7 +29,7 @@ impl ComSphere {
                from CAD with its uncertainty.",
         condition: "|m c - m center| <= radius m",
         settings: &[
-            ("links", "", "links it holds for, [\"name\", ..] or All"),
+            ("links", "", "links it holds for: All, or Only([\"name\", ..])"),
             ("center", "m", "centre, (x, y, z)"),
             ("radius", "m", "radius"),
         ],

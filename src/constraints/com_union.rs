@@ -30,7 +30,7 @@ impl ComUnion {
                all shapes instead.",
         condition: "c in shape 1 or c in shape 2 or ..",
         settings: &[
-            ("links", "", "links it holds for, [\"name\", ..] or All"),
+            ("links", "", "links it holds for: All, or Only([\"name\", ..])"),
             (
                 "shapes",
                 "m",

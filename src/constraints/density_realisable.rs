@@ -38,7 +38,7 @@ impl DensityRealisable {
         condition: "tr(P Q) >= 0 with P the pseudo-inertia, (x - center)^T A (x - center) <= 1 the ellipsoid and \
                     Q = [[-A, A center], [.., 1 - center^T A center]]; and P is positive semidefinite",
         settings: &[
-            ("links", "", "links it holds for, [\"name\", ..] or All"),
+            ("links", "", "links it holds for: All, or Only([\"name\", ..])"),
             ("center", "m", "centre, (x, y, z)"),
             ("semi_axes", "m", "half-lengths along its own axes"),
             ("rpy", "rad", "roll, pitch, yaw of its axes, as in URDF; none when not given"),

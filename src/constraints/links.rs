@@ -1,28 +1,32 @@
 //! Which links a constraint is about.
 
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 
-/// `All`, or a list of link names or numbers (`["upper_arm"]`, `["3"]`).
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+/// `All`, or `Only([..])` with link names or numbers: `Only(["upper_arm", "3"])`.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Links {
     /// Every moving link.
     #[default]
     All,
     /// These links, by name or by number from 1.
-    Named(Vec<String>),
+    Only(Vec<String>),
 }
 
 impl Links {
     /// Link indices on `robot`, in the order given.
     ///
     /// # Errors
-    /// When a name is unknown or stands twice; the message lists what is known.
+    /// When a name is unknown or stands twice, or the list is empty; the message lists what is known.
     pub fn indices(&self, robot: &Robot) -> Result<Vec<usize>> {
-        let Self::Named(names) = self else { return Ok((0..robot.links.len()).collect()) };
+        let Self::Only(names) = self else { return Ok((0..robot.links.len()).collect()) };
+        if names.is_empty() {
+            return Err(
+                Error::new("the list of links is empty").help("write `All`, or name at least one link")
+            );
+        }
         let mut found = Vec::with_capacity(names.len());
         for name in names {
             let link = link_index(robot, name)?;
@@ -63,36 +67,19 @@ pub fn link_index(robot: &Robot, name: &str) -> Result<usize> {
     )))
 }
 
-impl Serialize for Links {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::All => serializer.serialize_unit_variant("Links", 0, "All"),
-            Self::Named(names) => names.serialize(serializer),
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_ways_of_writing_come_back() -> Result<()> {
+        for text in ["All", "Only([\"link2\",\"1\"])"] {
+            let links: Links = crate::text::from_ron(text)?;
+            let again: Links = crate::text::from_ron(&crate::text::to_ron(&links)?)?;
+            assert_eq!(links, again);
         }
-    }
-}
-
-/// RON hands out a bare word only to enums, so the word is one.
-#[derive(Deserialize)]
-#[serde(untagged, expecting = "links are `All` or a list of names such as [\"link4\"]")]
-enum Written {
-    Word(Word),
-    Names(Vec<String>),
-}
-
-#[derive(Deserialize)]
-enum Word {
-    All,
-}
-
-impl<'de> Deserialize<'de> for Links {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        match Written::deserialize(deserializer)? {
-            Written::Word(Word::All) => Ok(Self::All),
-            Written::Names(names) if names.is_empty() => {
-                Err(D::Error::custom("the list of links is empty; write `All` or name at least one"))
-            }
-            Written::Names(names) => Ok(Self::Named(names)),
-        }
+        let typo = crate::text::from_ron::<Links>("Al").expect_err("a typo must not pass");
+        assert!(typo.to_string().contains("`All` or `Only`"), "{typo}");
+        Ok(())
     }
 }

@@ -30,7 +30,7 @@ impl MassRange {
                counts.",
         condition: "min <= m <= max",
         settings: &[
-            ("links", "", "links it holds for; All when not given"),
+            ("links", "", "links it holds for, Only([\"name\", ..]); All when not given"),
             ("min", "kg", "smallest mass; no limit when not given"),
             ("max", "kg", "largest mass; no limit when not given"),
         ],

@@ -34,7 +34,7 @@ impl PositiveMass {
                you know more.",
         condition: "m >= at_least > 0",
         settings: &[
-            ("links", "", "links it holds for; All when not given"),
+            ("links", "", "links it holds for, Only([\"name\", ..]); All when not given"),
             ("at_least", "kg", "smallest mass; 1e-6 when not given"),
         ],
         form: "affine: every engine",

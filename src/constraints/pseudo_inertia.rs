@@ -31,7 +31,7 @@ impl PseudoInertia {
                itself, 1e-4 by 3 per cent.",
         condition: "[[tr(J)/2 1 - J, m c], [(m c)^T, m]] - margin 1 is positive semidefinite",
         settings: &[
-            ("links", "", "links it holds for; All when not given"),
+            ("links", "", "links it holds for, Only([\"name\", ..]); All when not given"),
             ("margin", "mixed SI", "smallest eigenvalue; 0 when not given"),
         ],
         form: "semidefinite: every engine",

@@ -30,7 +30,7 @@ impl TotalMass {
                total: on most robots the first link's mass is not identifiable.",
         condition: "min <= m1 + m2 + .. + mn <= max",
         settings: &[
-            ("links", "", "links that are summed; All when not given"),
+            ("links", "", "links that are summed, Only([\"name\", ..]); All when not given"),
             ("min", "kg", "smallest sum; no limit when not given"),
             ("max", "kg", "largest sum; no limit when not given"),
         ],
@@ -50,7 +50,7 @@ impl Constraint for TotalMass {
         let sum = links.iter().fold(Affine::default(), |sum, &link| sum.plus(1.0, &space.mass(link)));
         let what = match &self.links {
             Links::All => "total mass".to_string(),
-            Links::Named(names) => format!("total mass of {}", names.join(", ")),
+            Links::Only(names) => format!("total mass of {}", names.join(", ")),
         };
         Ok(range_forms(&what, "kg", &sum, self.min, self.max))
     }

@@ -24,7 +24,7 @@ impl TriangleInequality {
                torque but belong to no body, and simulators refuse them. It is the paper's condition on the \
                inertia tensor, taken together with that on the mass so that it becomes convex.",
         condition: "tr(I)/2 - lambda_max(I) >= 0, equivalently [[tr(J)/2 1 - J, m c], [(m c)^T, m]] is positive semidefinite",
-        settings: &[("links", "", "links it holds for; All when not given")],
+        settings: &[("links", "", "links it holds for, Only([\"name\", ..]); All when not given")],
         form: "semidefinite: every engine",
     };
 }

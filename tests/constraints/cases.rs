@@ -70,7 +70,8 @@ fn bodies() -> Vec<Case> {
         },
         // A brick about its own frame has the second moments m s²/12 and m as eigenvalues.
         located(r#"{"pseudo_inertia": (margin: 1e-3)}"#, [0.0; 3], &[]),
-        located(r#"{"pseudo_inertia": (links: ["link2"], margin: 1e-2)}"#, [0.0; 3], &[]).failing_thin(),
+        located(r#"{"pseudo_inertia": (links: Only(["link2"]), margin: 1e-2)}"#, [0.0; 3], &[])
+            .failing_thin(),
         Case {
             bad: vec![(plate(0.0), -0.4)],
             ..located(
@@ -105,19 +106,23 @@ fn plate(extra: f64) -> Vec<f64> {
 fn masses() -> Vec<Case> {
     vec![
         weights(r#"{"positive_mass": ()}"#, [1.0, 1e-5], &[([1.0, 0.0], -1e-6), ([-2.0, 1.0], -2.000001)]),
-        weights(r#"{"positive_mass": (links: ["2"], at_least: 0.1)}"#, [0.0, 0.2], &[([1.0, 0.05], -0.05)]),
+        weights(
+            r#"{"positive_mass": (links: Only(["2"]), at_least: 0.1)}"#,
+            [0.0, 0.2],
+            &[([1.0, 0.05], -0.05)],
+        ),
         weights(
             r#"{"mass_range": (min: 1.0, max: 5.0)}"#,
             [1.0, 5.0],
             &[([0.5, 2.0], -0.5), ([2.0, 9.0], -4.0)],
         ),
-        weights(r#"{"mass_range": (links: ["link1"], max: 5.0)}"#, [-1.0, 50.0], &[([5.5, 2.0], -0.5)]),
+        weights(r#"{"mass_range": (links: Only(["link1"]), max: 5.0)}"#, [-1.0, 50.0], &[([5.5, 2.0], -0.5)]),
         weights(
             r#"{"total_mass": (min: 16.0, max: 20.0)}"#,
             [8.0, 9.0],
             &[([8.0, 7.5], -0.5), ([1.0, 20.0], -1.0)],
         ),
-        weights(r#"{"total_mass": (links: ["link2"], min: 3.0)}"#, [0.0, 4.0], &[([9.0, 2.0], -1.0)]),
+        weights(r#"{"total_mass": (links: Only(["link2"]), min: 3.0)}"#, [0.0, 4.0], &[([9.0, 2.0], -1.0)]),
         weights(
             r#"{"mass_ratio": (link: "link1", to: "link2", min: 2.0, max: 3.0)}"#,
             [5.0, 2.0],
@@ -139,7 +144,7 @@ fn shapes() -> Vec<Case> {
             &[([0.13, 0.0, 0.1], -0.03), ([0.0, -0.25, 0.1], -0.05), ([0.0, 0.0, -0.02], -0.02)],
         ),
         located(
-            r#"{"com_sphere": (links: ["link1", "link2"], center: (0.1, 0.0, 0.0), radius: 0.05)}"#,
+            r#"{"com_sphere": (links: Only(["link1", "link2"]), center: (0.1, 0.0, 0.0), radius: 0.05)}"#,
             [0.12, 0.03, 0.0],
             &[([0.1, 0.03, 0.04 + 0.03], 0.05 - 0.0058_f64.sqrt()), ([0.2, 0.0, 0.0], -0.05)],
         ),
@@ -170,7 +175,7 @@ fn shapes() -> Vec<Case> {
             &[([0.15, 0.0, 0.1], -0.05), ([0.0, 0.0, 0.31], -0.01), ([0.0, -0.07, 0.1], -0.02)],
         ),
         located(
-            r#"{"com_hull": (links: ["link1"], mesh: (path: "meshes/box.stl", scale: 0.5, xyz: (0.1, 0.0, 0.0), rpy: (0.0, 1.5707963267948966, 0.0)))}"#,
+            r#"{"com_hull": (links: Only(["link1"]), mesh: (path: "meshes/box.stl", scale: 0.5, xyz: (0.1, 0.0, 0.0), rpy: (0.0, 1.5707963267948966, 0.0)))}"#,
             // The box's z, half as long, points along the link's x from 0.1 to 0.25, and its x along -z.
             [0.2, 0.02, 0.04],
             &[([0.28, 0.0, 0.0], -0.03), ([0.09, 0.0, 0.0], -0.01), ([0.2, 0.0, -0.06], -0.01)],
@@ -182,7 +187,7 @@ fn shapes() -> Vec<Case> {
             &[([0.2, 0.0, 0.15], -0.1), ([0.1, 0.0, 0.25], -0.2), ([0.35, 0.3, 0.5], -0.2)],
         ),
         located(
-            r#"{"com_union": (links: ["link2"], shapes: [Hull(mesh: (path: "meshes/box.stl")),
+            r#"{"com_union": (links: Only(["link2"]), shapes: [Hull(mesh: (path: "meshes/box.stl")),
                 Cylinder(center: (0.0, 0.0, 0.5), axis: (0.0, 0.0, 1.0), radius: 0.01, height: 0.4)])}"#,
             [0.0, 0.005, 0.6],
             &[([0.0, 0.03, 0.35], -0.02)],

@@ -30,7 +30,7 @@ fn unloaded(ron: &str, folder: &Path) -> Error {
 fn slips_of_the_pen_are_shown_where_they_stand() {
     for (ron, place, what) in [
         (r#"{"total_mas": (min: 1.0)}"#, "2:5", "total_mass"),
-        (r#"{"total_mass": (minimum: 1.0)}"#, "2:20", "`min`"),
+        (r#"{"total_mass": (minimum: 1.0)}"#, "2:19", "`min`"),
         (r#"{"total_mass": (min: inf)}"#, "2:", "leave the field out"),
         (r#"{"com_sphere": (links: All, center: (0.0, 0.0, 0.0))}"#, "2:", "radius"),
         (
@@ -78,13 +78,14 @@ fn slips_of_the_pen_are_shown_where_they_stand() {
 fn what_does_not_fit_the_robot_is_named_with_what_is_known() {
     let panda = common::robot("panda.ron");
     for (ron, what) in [
-        (r#"{"mass_range": (links: ["link9"], min: 1.0)}"#, "mass_range: no link `link9`"),
+        (r#"{"mass_range": (links: Only(["link9"]), min: 1.0)}"#, "mass_range: no link `link9`"),
         (
-            r#"{"mass_range": (links: ["link9"], min: 1.0)}"#,
+            r#"{"mass_range": (links: Only(["link9"]), min: 1.0)}"#,
             "link1, link2, link3, link4, link5, link6, link7, or numbers 1 to 7",
         ),
-        (r#"{"mass_range": (links: ["flange"], min: 1.0)}"#, "it is fixed to `link7`"),
-        (r#"{"mass_range": (links: ["3", "link3"], min: 1.0)}"#, "named twice"),
+        (r#"{"mass_range": (links: Only(["flange"]), min: 1.0)}"#, "it is fixed to `link7`"),
+        (r#"{"mass_range": (links: Only(["3", "link3"]), min: 1.0)}"#, "named twice"),
+        (r#"{"mass_range": (links: Only([]), min: 1.0)}"#, "list of links is empty"),
         (r#"{"mass_range": ()}"#, "neither `min` nor `max`"),
         (r#"{"total_mass": (min: 20.0, max: 16.0)}"#, "min 20 kg is above max 16 kg"),
         (r#"{"mass_ratio": (link: "1", to: "link1", min: 1.0)}"#, "with itself"),
@@ -111,7 +112,7 @@ fn what_does_not_fit_the_robot_is_named_with_what_is_known() {
         assert!(message.contains(what), "{ron}\n{message}");
     }
     let six = common::robot("six_axis.urdf");
-    let message = unfit(r#"{"mass_range": (links: ["base"], min: 1.0)}"#, &six);
+    let message = unfit(r#"{"mass_range": (links: Only(["base"]), min: 1.0)}"#, &six);
     assert!(message.contains("fixed to the base"), "{message}");
 }
 
@@ -120,7 +121,7 @@ fn contradictory_bounds_are_named() {
     let robot = common::robot("panda.ron");
     let space = LinkSpace::new(&robot, &[]);
     let all = [
-        constraint(r#"{"mass_range": (links: ["link2"], min: 3.0)}"#),
+        constraint(r#"{"mass_range": (links: Only(["link2"]), min: 3.0)}"#),
         constraint(r#"{"parameter_bounds": (bounds: {"m2": (0.0, 2.0)})}"#),
     ];
     let message = search_space(&robot, &space, &all).map(|_| ()).expect_err("contradiction").to_string();
