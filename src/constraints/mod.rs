@@ -3,11 +3,14 @@
 //!
 //! A constraint is lowered once per study to [`Form`]s over the unknowns of [`LinkSpace`].
 
+mod script;
 mod space;
 
+pub use script::{Explanation, FormExplanation, RuleExplanation, Scripted, explain};
 pub use space::{Barycentric, COORDINATES, LinkSpace};
 
 use std::fmt::Debug;
+use std::path::Path;
 
 use crate::error::Result;
 use crate::form::Form;
@@ -36,6 +39,15 @@ pub trait Constraint: Debug + Send + Sync {
     /// Name, text and condition.
     fn about(&self) -> About;
 
+    /// Reads the files it names; `folder` is that of the scenario. Called once, before anything else.
+    ///
+    /// # Errors
+    /// When a file is missing, lies outside the scenario's folder or repository, or is not usable.
+    fn load(&mut self, folder: &Path) -> Result<()> {
+        let _ = folder;
+        Ok(())
+    }
+
     /// The forms it stands for on this robot.
     ///
     /// # Errors
@@ -44,4 +56,4 @@ pub trait Constraint: Debug + Send + Sync {
 }
 
 /// The constraints that ship.
-pub const CATALOGUE: &[fn() -> About] = &[];
+pub const CATALOGUE: &[fn() -> About] = &[|| Scripted::ABOUT];
