@@ -12,7 +12,7 @@ use crate::form::Form;
 use crate::random::Stream;
 use crate::retrieval::checkpoint::{Checkpoint, Origin, Outcome};
 use crate::retrieval::polish::{Polish, Polisher, Target};
-use crate::retrieval::{FEASIBLE, Problem, Retrieved, RetrievalEngine, Watch};
+use crate::retrieval::{FEASIBLE, Problem, RetrievalEngine, Retrieved, Watch};
 use crate::text;
 
 /// A stage that improves the objective by less than this share is the last.
@@ -139,7 +139,8 @@ impl Search<'_> {
         let scale = problem.objective.d.norm_squared().max(f64::MIN_POSITIVE);
         let weight = scale * libm::pow(GROWTH, stage as f64);
         let mut walk = Walk::new(self.ground, engine.penalty, weight, p);
-        let schedule = schedule(stage, walk.value(), best.objective - problem.objective.floor, engine.proposals);
+        let schedule =
+            schedule(stage, walk.value(), best.objective - problem.objective.floor, engine.proposals);
         let bounds = &problem.chart.space().parameters;
         let tried = anneal(&mut walk, bounds, schedule, &mut self.stream, &stop);
         let annealed = judge(problem, problem.chart.unknowns(walk.coordinates()), tried);

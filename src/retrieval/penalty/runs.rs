@@ -105,7 +105,9 @@ pub(super) fn random_start(problem: &Problem, stream: &mut Stream) -> Vec<f64> {
 pub(super) fn check(problem: &Problem, runs: usize, stages: usize) -> Result<()> {
     if runs == 0 || stages == 0 {
         let which = if runs == 0 { "runs" } else { "stages" };
-        return Err(Error::new(format!("the engine has no {which}")).help(format!("set {which} to at least 1")));
+        return Err(
+            Error::new(format!("the engine has no {which}")).help(format!("set {which} to at least 1"))
+        );
     }
     let space = problem.chart.space();
     let sizes = [problem.space.len(), problem.objective.r.ncols()];
@@ -113,8 +115,11 @@ pub(super) fn check(problem: &Problem, runs: usize, stages: usize) -> Result<()>
         return Err(Error::new("space, chart and objective of the problem differ in size"));
     }
     if let Some(p) = space.parameters.iter().find(|p| p.lower > p.upper) {
-        return Err(Error::new(format!("{}: the lower bound {} exceeds the upper {}", p.name, p.lower, p.upper))
-            .help("swap the two, or widen them"));
+        return Err(Error::new(format!(
+            "{}: the lower bound {} exceeds the upper {}",
+            p.name, p.lower, p.upper
+        ))
+        .help("swap the two, or widen them"));
     }
     if let Some(p) = space.parameters.iter().find(|p| !(p.lower.is_finite() && p.upper.is_finite())) {
         return Err(Error::new(format!("{} has no finite bounds to draw a start from", p.name))
@@ -197,10 +202,15 @@ fn summary(
     }
     let Some(best) = best else { return Err(Error::new("stopped before the first point was judged")) };
     let feasible = all.iter().filter(|o| o.violation <= FEASIBLE).count();
-    let near = |o: &&Outcome| o.violation <= FEASIBLE && o.objective <= best.objective + 0.01 * best.objective.abs();
+    let near =
+        |o: &&Outcome| o.violation <= FEASIBLE && o.objective <= best.objective + 0.01 * best.objective.abs();
     let near = all.iter().filter(near).count();
     let stopped = finished < plan.runs;
-    let begin = if stopped { format!("stopped after {finished} of {} runs", plan.runs) } else { format!("{finished} runs") };
+    let begin = if stopped {
+        format!("stopped after {finished} of {} runs", plan.runs)
+    } else {
+        format!("{finished} runs")
+    };
     Ok(Retrieved {
         z: best.z.clone(),
         runs: finished,

@@ -87,10 +87,14 @@ impl<'a> Interior<'a> {
         let Some(mut newton) = Newton::new(&program, x) else { return (Vec::new(), 1, false) };
         let enough = -(0.1 * slack).min(1e-4);
         let mut asked = false;
-        newton.follow(slack / program.degree(), |_| 1e-9 * slack.min(1.0), |x| {
-            asked = stop();
-            x[n] < enough || asked
-        });
+        newton.follow(
+            slack / program.degree(),
+            |_| 1e-9 * slack.min(1.0),
+            |x| {
+                asked = stop();
+                x[n] < enough || asked
+            },
+        );
         let inside = newton.x[n] < 0.0 && !asked;
         newton.x.truncate(n);
         (std::mem::take(&mut newton.x), newton.evaluations, inside)

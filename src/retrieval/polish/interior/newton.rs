@@ -73,7 +73,14 @@ impl<'a, 'p> Newton<'a, 'p> {
                 }
             }
             let last = goal(self.program.cost(&self.x)) / self.program.degree();
-            if std::env::var("DBG").is_ok() { eprintln!("DBG mu {mu:e} last {last:e} cost {:e} ev {} slope {:e}", self.program.cost(&self.x), self.evaluations, dot(&self.gradient,&self.direction)); }
+            if std::env::var("DBG").is_ok() {
+                eprintln!(
+                    "DBG mu {mu:e} last {last:e} cost {:e} ev {} slope {:e}",
+                    self.program.cost(&self.x),
+                    self.evaluations,
+                    dot(&self.gradient, &self.direction)
+                );
+            }
             if mu <= last {
                 return End::Path;
             }
@@ -84,8 +91,7 @@ impl<'a, 'p> Newton<'a, 'p> {
     /// One step towards the centre; `false` when it is near enough or no further step helps.
     fn step(&mut self, mu: f64) -> bool {
         let n = self.program.size();
-        let mut slopes =
-            Slopes { size: n, gradient: &mut self.gradient, hessian: &mut self.hessian };
+        let mut slopes = Slopes { size: n, gradient: &mut self.gradient, hessian: &mut self.hessian };
         self.program.slopes(&self.x, mu, &mut self.room, &mut slopes);
         self.evaluations += 1;
         if !self.solve() {

@@ -153,7 +153,8 @@ impl<'a> Program<'a> {
         for (slot, column) in slopes.gradient.iter_mut().zip(self.problem.objective.r.column_iter()) {
             *slot = 2.0 * dot(column.as_slice(), rest.as_slice());
         }
-        for (column, gram) in slopes.hessian.chunks_exact_mut(slopes.size).zip(self.curvature.gram.chunks(n)) {
+        for (column, gram) in slopes.hessian.chunks_exact_mut(slopes.size).zip(self.curvature.gram.chunks(n))
+        {
             column.iter_mut().zip(gram).for_each(|(h, g)| *h = 2.0 * g);
         }
     }
