@@ -73,8 +73,8 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("retrieval", vec!["space", "form", "random"]),
         ("constraints", vec!["space", "form", "retrieval", "robot", "script"]),
         ("script", vec!["space", "form"]),
-        ("report", vec!["identify"]),
-        ("scenario", vec!["effects", "excitation", "identify", "plant", "signals"]),
+        ("report", vec!["identify", "retrieval", "robot"]),
+        ("scenario", vec!["constraints", "effects", "excitation", "identify", "plant", "retrieval", "signals"]),
     ])
 }
 

@@ -23,6 +23,10 @@ pub(super) struct FromLogs {
     pub report: Identification,
     pub model: ModelFile,
     pub runs: Vec<Run>,
+    /// The fitted model, for what comes after.
+    pub fitted: Model,
+    /// Everything least squares knows of the logs.
+    pub evidence: Evidence,
 }
 
 struct Prepared {
