@@ -52,7 +52,10 @@ pub struct Scenario {
     /// The friction path: rigid part frozen, sigmoid fitted to the rest (section IV-B).
     #[serde(default)]
     pub friction: Option<FrictionPath>,
-    /// What link parameters must satisfy (section V).
+    /// Files that hold lists of constraints, such as `panda_bounds.ron`.
+    #[serde(default)]
+    pub presets: Vec<PathBuf>,
+    /// What link parameters must satisfy (section V), beside the presets.
     #[serde(default)]
     pub constraints: Vec<Box<dyn Constraint>>,
     /// What is minimised when link parameters are retrieved.

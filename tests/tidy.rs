@@ -74,7 +74,10 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("constraints", vec!["space", "form", "retrieval", "robot", "script"]),
         ("script", vec!["space", "form"]),
         ("report", vec!["identify", "retrieval", "robot"]),
-        ("scenario", vec!["constraints", "effects", "excitation", "identify", "plant", "retrieval", "signals"]),
+        (
+            "scenario",
+            vec!["constraints", "effects", "excitation", "identify", "plant", "retrieval", "signals"],
+        ),
     ])
 }
 

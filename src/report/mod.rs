@@ -1,5 +1,6 @@
 //! Results as plain data, in the layout of `report.json`; and as text for people.
 
+mod retrieval_text;
 mod text;
 
 pub use text::{render, wrap};

@@ -55,9 +55,9 @@ impl Study<'_> {
         report.split = Some(folds.description.clone());
         report.validation = self.validate(&model, &fitted, &validated)?;
         let origin = format!("logs: {}", data.names.join(", "));
-        let model =
+        let file =
             ModelFile::new(&model, &fitted.x, &fitted.robust_sd, self.scenario.signals.clone(), origin);
-        Ok(Some(FromLogs { report, model, runs: data.runs }))
+        Ok(Some(FromLogs { report, model: file, runs: data.runs, fitted: model, evidence }))
     }
 
     /// Logs to fit and logs to predict.

@@ -1,17 +1,15 @@
 //! Retrieval of feasible link parameters: every engine on the same problem, one audit for all.
 
-use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::constraints::{Barycentric, LinkSpace};
+use crate::constraints::{LinkSpace, forms, search_space};
 use crate::error::{Error, Result};
-use crate::form::Form;
 use crate::identify::BaseParameters;
 use crate::linalg::Triangle;
 use crate::report::{Identification, LinkParameters, NamedValue, Retrieval, finite};
-use crate::retrieval::{Problem, Quadratic, Retrieved, audit, relaxed};
+use crate::retrieval::{Problem, Quadratic, Retrieved, audit};
 use crate::scenario::Objective;
 use crate::space::Parameter;
 
@@ -19,11 +17,11 @@ use super::Study;
 use super::moving::FromLogs;
 use super::statics::FromPoses;
 
-/// What the engines gave, and what they were given.
+/// What the engines gave.
 pub(super) struct FromEngines {
     pub space: LinkSpace,
-    pub problem: Problem,
-    pub results: Vec<(String, Retrieved)>,
+    /// Label and unknowns of every engine.
+    pub found: Vec<(String, Vec<f64>)>,
     pub reports: Vec<Retrieval>,
 }
 
@@ -53,31 +51,37 @@ impl Study<'_> {
             self.timing.insert(label.clone(), start.elapsed().as_secs_f64());
             results.push((label, found));
         }
-        let bound = results.iter().filter_map(|(_, r)| r.lower_bound).fold(None, |best: Option<f64>, b| {
-            Some(best.map_or(b, |x| x.max(b)))
-        });
-        let exact = relaxed(&problem.forms).is_empty();
+        let bound = results
+            .iter()
+            .filter_map(|(_, r)| r.lower_bound)
+            .fold(None, |best: Option<f64>, b| Some(best.map_or(b, |x| x.max(b))));
+        let exact = problem.forms.iter().all(|form| form.is_convex());
         let reports = engines
             .iter()
             .zip(&results)
-            .map(|(engine, (label, found))| report(engine.name(), label, &space, &problem, found, bound, exact))
+            .map(|(engine, (label, found))| {
+                report(engine.name(), label, &space, &problem, found, bound, exact)
+            })
             .collect();
-        Ok(Some(FromEngines { space, problem, results, reports }))
+        let found = results.into_iter().map(|(label, r)| (label, r.z)).collect();
+        Ok(Some(FromEngines { space, found, reports }))
     }
 
-    fn problem(&self, poses: Option<&FromPoses>, moving: Option<&FromLogs>) -> Result<(LinkSpace, Problem)> {
+    fn problem(
+        &mut self,
+        poses: Option<&FromPoses>,
+        moving: Option<&FromLogs>,
+    ) -> Result<(LinkSpace, Problem)> {
         let (space, objective) = match self.scenario.objective {
             Objective::Coefficients => self.coefficient_distance(poses, moving)?,
             Objective::Torque => self.torque_error(moving)?,
         };
-        let mut forms: Vec<Form> = Vec::new();
-        let mut bounds = BTreeMap::new();
-        for constraint in &self.scenario.constraints {
-            forms.extend(constraint.forms(&self.robot, &space)?);
-            bounds.extend(constraint.bounds(&self.robot)?);
+        let forms = forms(&self.robot, &space, &self.scenario.constraints)?;
+        let search = search_space(&self.robot, &space, &self.scenario.constraints)?;
+        for assumed in search.assumed {
+            self.warn(format!("no constraint bounds the search: {assumed}"));
         }
-        let chart = Barycentric::new(&space, |name| bounds.get(name).copied().unwrap_or_else(|| usual(name)));
-        let chart = Box::new(chart);
+        let chart = Box::new(search.chart);
         let problem = Problem { space: space.space.clone(), objective, forms, chart, seed: self.seed };
         Ok((space, problem))
     }
@@ -91,7 +95,9 @@ impl Study<'_> {
         let source: &Identification = match (poses, moving) {
             (Some(poses), _) => &poses.report,
             (None, Some(moving)) => &moving.report,
-            (None, None) => return Err(Error::new("nothing was identified to retrieve link parameters from")),
+            (None, None) => {
+                return Err(Error::new("nothing was identified to retrieve link parameters from"));
+            }
         };
         let space = LinkSpace::new(&self.robot, &[]);
         let base = BaseParameters::new(&self.robot);
@@ -112,9 +118,10 @@ impl Study<'_> {
             Error::new("`objective: Torque` needs `logs`").help("give logs, or use `objective: Coefficients`")
         })?;
         let model = &moving.fitted;
-        let base = model.base.as_ref().ok_or_else(|| {
-            Error::new("`objective: Torque` needs `rigid_body` among the effects")
-        })?;
+        let base = model
+            .base
+            .as_ref()
+            .ok_or_else(|| Error::new("`objective: Torque` needs `rigid_body` among the effects"))?;
         let others: Vec<Parameter> = model.columns[base.rank()..]
             .iter()
             .map(|c| Parameter::free(c.about.symbol.clone(), c.about.unit))
@@ -182,17 +189,5 @@ fn report(
             .map(|(p, &value)| NamedValue { name: p.name.clone(), value, unit: p.unit.clone() })
             .collect(),
         constraints: audit.constraints,
-    }
-}
-
-/// Bounds for random starts where the study gives none.
-fn usual(name: &str) -> (f64, f64) {
-    let diagonal = ["xx", "yy", "zz"].iter().any(|d| name.ends_with(d));
-    match name.chars().next() {
-        Some('m') => (0.0, 50.0),
-        Some('c') => (-0.5, 0.5),
-        Some('I') if diagonal => (0.0, 5.0),
-        Some('I') => (-5.0, 5.0),
-        _ => (-100.0, 100.0),
     }
 }
