@@ -125,16 +125,6 @@ impl Program {
         true
     }
 
-    /// Every constant becomes a multiple of this unknown: the cone over the feasible set.
-    pub fn homogenise(&mut self, unknown: usize) {
-        for row in self.blocks.iter_mut().flat_map(|b| &mut b.rows) {
-            let constant = std::mem::take(&mut row.constant);
-            if constant.abs() > 0.0 {
-                row.terms.push((unknown, constant));
-            }
-        }
-    }
-
     /// Solves; `watch` hears of every iteration and may end it with `false`.
     ///
     /// # Errors
