@@ -168,7 +168,7 @@ fn column_map(path: &Path, options: &Options, report: &mut Report) -> Result<()>
     say("velocity", map.velocity.is_some());
     say("acceleration", map.acceleration.is_some());
     say("torque", map.torque.is_some());
-    lines.extend(map.channels.iter().map(|(ours, _)| format!("maps channel {ours}")));
+    lines.extend(map.channels.keys().map(|ours| format!("maps channel {ours}")));
     report.sections.push(Section::wrapped("column map", lines));
     report.next = vec![format!("lacuna check LOG.csv --robot ROBOT --columns {}", path.display())];
     let (Some(robot), Some(data)) = (&options.robot, &options.data) else { return Ok(()) };

@@ -31,11 +31,11 @@ pub struct LogFacts {
     pub quantities: Vec<&'static str>,
     /// Other columns.
     pub channels: Vec<String>,
-    /// Last time stamp less the first [s].
+    /// Last time stamp less the first \[s\].
     pub duration_s: f64,
-    /// Sampling rate by the clock that the signal step finds [Hz].
+    /// Sampling rate by the clock that the signal step finds \[Hz\].
     pub rate_hz: Option<f64>,
-    /// Period of the motion where it repeats [s].
+    /// Period of the motion where it repeats \[s\].
     pub period_s: Option<f64>,
     /// The signal step in words.
     pub signals: Vec<String>,

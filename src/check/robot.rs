@@ -16,7 +16,7 @@ pub struct RobotFacts {
     pub gravity: [f64; 3],
     /// Joints in the order of the file.
     pub joints: Vec<JointFacts>,
-    /// Mass of all links that have one [kg].
+    /// Mass of all links that have one \[kg\].
     pub total_mass: f64,
     /// Links without inertia.
     pub without_inertia: Vec<String>,
@@ -43,7 +43,7 @@ pub struct JointFacts {
     pub velocity: Option<f64>,
     /// Largest torque or force [N m, N].
     pub effort: Option<f64>,
-    /// Mass of the link [kg].
+    /// Mass of the link \[kg\].
     pub mass: Option<f64>,
 }
 

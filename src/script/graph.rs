@@ -259,11 +259,11 @@ impl Graph {
     }
 
     pub(super) fn least(&mut self, a: Id, b: Id) -> Result<Id, String> {
-        self.extreme(a, b, f64::min, |a, b| Op::Least(a, b))
+        self.extreme(a, b, f64::min, Op::Least)
     }
 
     pub(super) fn greatest(&mut self, a: Id, b: Id) -> Result<Id, String> {
-        self.extreme(a, b, f64::max, |a, b| Op::Greatest(a, b))
+        self.extreme(a, b, f64::max, Op::Greatest)
     }
 
     fn extreme(

@@ -5,8 +5,7 @@ mod panda;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use lacuna::retrieval::certificate::{BoundIs, lower_bound, taken};
-use lacuna::retrieval::{LmiEngine, Problem, RetrievalEngine, Step, audit};
+use lacuna::retrieval::{LmiEngine, RetrievalEngine, Step, audit};
 
 fn quiet(_: &Step) -> ControlFlow<()> {
     ControlFlow::Continue(())

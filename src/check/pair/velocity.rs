@@ -6,11 +6,11 @@ use super::reading::Signed;
 use crate::log::{Log, TimeUnit};
 use crate::robot::{JointKind, Robot};
 
-/// Length of the differences that are compared with velocities [s]: long beside the jitter of stamps.
+/// Length of the differences that are compared with velocities \[s\]: long beside the jitter of stamps.
 const SPAN_S: f64 = 0.03;
 /// Correlation from which two signals follow each other.
 const FOLLOWS: f64 = 0.85;
-/// Slower than this many rows per second, stamps are hardly in seconds [Hz].
+/// Slower than this many rows per second, stamps are hardly in seconds \[Hz\].
 const SLOWEST_HZ: f64 = 4.0;
 
 /// What time, position and velocity say of each other, and the log with that put right.
