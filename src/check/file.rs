@@ -122,9 +122,9 @@ pub(super) fn against(
     report.logs.push(LogFacts::new(&log, robot));
     let findings = log_against_robot(robot, &log, other)?;
     report.next = if findings.is_sound() {
-        vec!["a scenario with `robot` and `logs: Files(fit: [..])` identifies it: lacuna scenario".into()]
+        vec!["lacuna scenario FILE.ron, with `robot` and `logs: Files(fit: [..])` in it".into()]
     } else {
-        vec!["mend what is marked x and check again; an identification would be wrong".into()]
+        vec!["mend what is marked x and check again; what is identified would be wrong".into()]
     };
     report.against_robot.push((log.name.clone(), findings));
     Ok(())

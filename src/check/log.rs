@@ -108,7 +108,7 @@ impl LogFacts {
                 .filter(|l| l.contains("clock") || l.contains("diff(q)"))
                 .map(|l| l.trim().to_string()),
         );
-        let width = self.joints.iter().map(|j| j.name.chars().count()).max().unwrap_or(0).clamp(5, 20);
+        let width = self.joints.iter().map(|j| j.name.chars().count()).max().unwrap_or(0).clamp(5, 12);
         lines.push(format!(
             "{:<width$} {:>17} {:>15} {:>10}  {}",
             "joint", "q rad (m)", "degrees", "max |tau|", "diff(q)/dq"
@@ -128,7 +128,7 @@ impl JointRange {
             self.degrees.map_or("-".into(), |d| range(d, 0)),
             self.torque.map_or("-".into(), |t| number(t, 4)),
             self.velocity_slope.map_or("-".into(), |s| number(s, 3)),
-            if self.beyond_limits { " beyond limits" } else { "" }
+            if self.beyond_limits { " limits!" } else { "" }
         )
     }
 }
