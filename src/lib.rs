@@ -3,6 +3,7 @@
 pub mod check;
 pub mod conformance;
 pub mod constraints;
+pub mod diagnose;
 pub mod effects;
 pub mod error;
 pub mod excitation;

@@ -1,0 +1,338 @@
+//! The climb: name the effect that explains most in unseen data, add it, fit everything again, until nothing
+//! significant is left; then look back whether all of it is still needed.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::candidates::{self, Candidate};
+use super::data::{Column, Data};
+use super::floor::Floor;
+use super::parts::{Part, Parts};
+use super::present::{Present, Response, rms};
+use super::score::{Projection, Score};
+use super::{Limits, refine};
+use crate::effects::Effect;
+use crate::error::Result;
+
+/// One effect that was added, with what it brought.
+#[derive(Debug, Clone)]
+pub(super) struct Rung {
+    /// Number of the part it became.
+    pub part: usize,
+    /// Score at the time it was added.
+    pub score: Score,
+    /// Gain in units of the noise floor, per sample.
+    pub usefulness: f64,
+    /// Held-out rms of each joint before and after.
+    pub before: Vec<f64>,
+    pub after: Vec<f64>,
+    /// Explanations that the data cannot tell from this one.
+    pub also_possible: Vec<String>,
+}
+
+/// Something that fits but cannot be.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Refusal {
+    pub effect: &'static str,
+    pub joint: Option<usize>,
+    pub reason: String,
+}
+
+/// The state of the climb.
+pub(super) struct Ladder<'a> {
+    pub data: Data,
+    pub parts: Parts,
+    pub limits: Limits,
+    pub floor: Floor,
+    /// Least z of anything that is believed.
+    pub gate: f64,
+    pub candidates: Vec<Candidate>,
+    pub present: Present,
+    pub response: Response,
+    pub rungs: Vec<Rung>,
+    pub refused: Vec<Refusal>,
+    /// Largest z of anything at the last look, with what it belongs to.
+    pub best_left: f64,
+    pub say: &'a mut dyn FnMut(&str),
+}
+
+/// A candidate with its score.
+pub(super) struct Scored {
+    pub candidate: usize,
+    pub score: Score,
+    /// Gain in units of the noise floor, per sample: on its own joint, or summed.
+    pub usefulness: f64,
+}
+
+impl Ladder<'_> {
+    /// Held-out rms of each joint now.
+    pub fn rms(&self) -> Vec<f64> {
+        self.response.residual.iter().map(|r| rms(r)).collect()
+    }
+
+    /// Fits the parts as they are now; effects that depend on the model's torque are rebuilt with it.
+    pub fn refit(&mut self) -> Result<()> {
+        let rounds = if self.parts.need_torque() { 3 } else { 1 };
+        for round in 0..rounds {
+            self.present = Present::new(&self.data, self.parts.columns());
+            if round + 1 < rounds {
+                self.refresh_torque()?;
+                self.parts.rebuild(&self.data, true)?;
+            }
+        }
+        self.response = self.present.respond(&self.data, self.data.tau.clone());
+        Ok(())
+    }
+
+    /// Puts the torque of the model at hand into the runs.
+    pub fn refresh_torque(&mut self) -> Result<()> {
+        let x = self.present.fit(&self.data.tau);
+        let (model, values) = self.parts.model(&self.data.robot, &x)?;
+        crate::identify::refresh_model_torque(&model, &values, &mut self.data.runs)
+    }
+
+    /// Columns of the candidates that depend on the model's torque, from the model at hand.
+    pub fn refresh_candidates(&mut self) -> Result<()> {
+        self.refresh_torque()?;
+        candidates::fill(&mut self.candidates, &self.data, true);
+        Ok(())
+    }
+
+    /// Scores everything that is not yet part of the model, best first.
+    pub fn scan(&self) -> Vec<Scored> {
+        let projections = self.projections();
+        self.score_all(&projections, &self.response)
+    }
+
+    fn projections(&self) -> Vec<Option<Projection>> {
+        self.candidates
+            .par_iter()
+            .map(|candidate| {
+                if candidate.columns.is_empty() || self.parts.has(candidate) || self.is_refused(candidate) {
+                    return None;
+                }
+                Some(Projection::new(&self.data, &self.present, candidate.columns.clone(), 0.0))
+            })
+            .collect()
+    }
+
+    fn score_all(&self, projections: &[Option<Projection>], response: &Response) -> Vec<Scored> {
+        let mut all: Vec<Scored> = projections
+            .par_iter()
+            .enumerate()
+            .filter_map(|(candidate, projection)| {
+                let score = projection.as_ref()?.score(&self.data, &self.present, response)?;
+                let usefulness = self.usefulness(self.candidates[candidate].joint, &score);
+                Some(Scored { candidate, score, usefulness })
+            })
+            .collect();
+        all.sort_by(|a, b| b.usefulness.total_cmp(&a.usefulness));
+        all
+    }
+
+    /// Gain in units of the noise floor, per sample: on the candidate's own joint, or over all joints.
+    pub fn usefulness(&self, joint: Option<usize>, score: &Score) -> f64 {
+        let n = self.data.count() as f64;
+        let of = |j: usize| score.gain_of_joint[j] / (self.floor.rms[j] * self.floor.rms[j] * n);
+        joint.map_or_else(|| (0..self.data.dof()).map(of).sum(), of)
+    }
+
+    /// Whether a score is believed.
+    pub fn passes(&self, usefulness: f64, score: &Score) -> bool {
+        score.z >= self.gate
+            && score.share >= self.limits.least_share
+            && usefulness >= self.limits.least_usefulness
+            && score.z_without_best >= self.limits.z_without_best
+    }
+
+    fn is_refused(&self, candidate: &Candidate) -> bool {
+        self.refused.iter().any(|r| r.effect == candidate.name() && r.joint == candidate.joint)
+    }
+
+    /// Calibrates the gate on these very data: present residuals with random signs have nothing to find.
+    pub fn calibrate(&mut self, seed: u64) {
+        (self.say)("calibrating the threshold by sign flips");
+        let projections = self.projections();
+        let seconds = self.data.seconds();
+        let highest = |replicate: usize| -> f64 {
+            let mut stream = crate::random::Stream::new(seed ^ 0x7369_676e, replicate);
+            let flipped: Vec<Vec<f64>> = self
+                .response
+                .residual
+                .iter()
+                .map(|residual| {
+                    let signs: Vec<f64> = (0..=seconds.last().copied().unwrap_or(0))
+                        .map(|_| if stream.uniform() < 0.5 { -1.0 } else { 1.0 })
+                        .collect();
+                    residual.iter().zip(&seconds).map(|(r, &s)| r * signs[s]).collect()
+                })
+                .collect();
+            let response = self.present.respond(&self.data, flipped);
+            projections
+                .iter()
+                .enumerate()
+                .filter_map(|(k, p)| Some((k, p.as_ref()?.score(&self.data, &self.present, &response)?)))
+                .filter(|(_, score)| score.share >= self.limits.least_share)
+                .map(|(_, score)| score.z)
+                .fold(0.0, f64::max)
+        };
+        let mut found: Vec<f64> = (0..self.limits.sign_flips).into_par_iter().map(highest).collect();
+        found.sort_by(f64::total_cmp);
+        let place = (0.95 * found.len() as f64) as usize;
+        let quantile = found.get(place.min(found.len().saturating_sub(1))).copied().unwrap_or(0.0);
+        self.gate = self.limits.least_z.max(quantile);
+    }
+
+    /// Adds what explains most until nothing passes, or the limit of steps is reached.
+    pub fn climb(&mut self) -> Result<()> {
+        while self.rungs.len() < self.limits.steps {
+            self.refresh_candidates()?;
+            let scored = self.scan();
+            self.best_left = scored.iter().map(|s| s.score.z).fold(0.0, f64::max);
+            let passing: Vec<&Scored> =
+                scored.iter().filter(|s| self.passes(s.usefulness, &s.score)).collect();
+            let Some(best) = passing.first() else { return Ok(()) };
+            let chosen = self.simplest_tie(best, &passing);
+            let also = self.also_possible(chosen, &passing);
+            let batch = self.family(chosen, &passing);
+            let before = self.rms();
+            let mut added = Vec::new();
+            for (scored, also) in std::iter::once((chosen, also)).chain(batch.into_iter().map(|s| (s, Vec::new()))) {
+                if let Some(part) = self.try_add(scored.candidate, scored.score.alternative)? {
+                    added.push((part, scored.score.clone(), scored.usefulness, also));
+                }
+            }
+            if added.is_empty() {
+                continue;
+            }
+            self.refit()?;
+            let after = self.rms();
+            for (part, score, usefulness, also_possible) in added {
+                let (before, after) = (before.clone(), after.clone());
+                (self.say)(&format!("found {}", self.parts.title(part, &self.data.robot)));
+                self.rungs.push(Rung { part, score, usefulness, before, after, also_possible });
+            }
+        }
+        Ok(())
+    }
+
+    /// The simplest of the explanations that are as good as the best one on the same joint.
+    fn simplest_tie<'s>(&self, best: &'s Scored, passing: &[&'s Scored]) -> &'s Scored {
+        let mut chosen = best;
+        for other in passing {
+            let simpler = self.candidates[other.candidate].order < self.candidates[chosen.candidate].order;
+            if simpler && self.ties(best, other) {
+                chosen = other;
+            }
+        }
+        chosen
+    }
+
+    /// Whether data cannot tell `other` from `best`: same joint, nearly the gain, and a difference of
+    /// losses within two standard errors (Diebold and Mariano 1995).
+    fn ties(&self, best: &Scored, other: &Scored) -> bool {
+        if self.candidates[best.candidate].joint != self.candidates[other.candidate].joint
+            || other.score.gain < self.limits.tie_gain * best.score.gain
+        {
+            return false;
+        }
+        let mut difference = vec![0.0; self.data.count()];
+        for (joint, residual) in self.response.residual.iter().enumerate() {
+            let w = self.present.weights[joint] * self.present.weights[joint];
+            let (a, b) = (&best.score.effect[joint], &other.score.effect[joint]);
+            for (k, d) in difference.iter_mut().enumerate() {
+                let (ra, rb) = (residual[k] - a[k], residual[k] - b[k]);
+                *d += w * (rb * rb - ra * ra);
+            }
+        }
+        let mean: f64 = difference.iter().sum::<f64>() / difference.len() as f64;
+        let centred: Vec<f64> = difference.iter().map(|d| d - mean).collect();
+        let deviation = super::score::long_run_variance(&self.data, &centred).sqrt();
+        difference.iter().sum::<f64>() < 2.0 * deviation
+    }
+
+    fn also_possible(&self, chosen: &Scored, passing: &[&Scored]) -> Vec<String> {
+        let others = passing.iter().filter(|s| s.candidate != chosen.candidate);
+        let mut names: Vec<String> = others
+            .filter(|s| self.ties(chosen, s) || self.ties(s, chosen))
+            .map(|s| self.candidates[s.candidate].name().to_string())
+            .collect();
+        names.dedup();
+        names
+    }
+
+    /// The same effect on other joints, where it is by far significant and the best explanation there.
+    fn family<'s>(&self, chosen: &Scored, passing: &[&'s Scored]) -> Vec<&'s Scored> {
+        let own = &self.candidates[chosen.candidate];
+        let Some(own_joint) = own.joint else { return Vec::new() };
+        let best_of = |joint: usize| passing.iter().find(|s| self.candidates[s.candidate].joint == Some(joint));
+        (0..self.data.dof())
+            .filter(|&j| j != own_joint)
+            .filter_map(best_of)
+            .map(|best| self.simplest_tie(best, passing))
+            .filter(|s| self.candidates[s.candidate].name() == own.name() && s.score.z >= 2.0 * self.gate)
+            .collect()
+    }
+
+    /// Refines a candidate and adds it, unless its numbers cannot be physics.
+    pub fn try_add(&mut self, candidate: usize, alternative: usize) -> Result<Option<usize>> {
+        let chosen = self.candidates[candidate].clone();
+        let start = chosen.alternatives[alternative].clone();
+        let effect = refine::shapes(&self.data, &self.present, start)?;
+        let values = self.values(effect.as_ref())?;
+        let reason =
+            effect.undecidable(&self.data.robot, &self.data.runs).or_else(|| effect.implausible(&values));
+        if let Some(reason) = reason {
+            self.refused.push(Refusal { effect: chosen.name(), joint: chosen.joint, reason });
+            return Ok(None);
+        }
+        let part = Part::found(&self.data, effect, chosen.joint, &values)?;
+        Ok(Some(self.parts.add(part)))
+    }
+
+    /// Linear parameters of `effect` fitted to all data together with the model at hand.
+    pub fn values(&self, effect: &dyn Effect) -> Result<Vec<f64>> {
+        let own: Vec<Arc<Column>> =
+            self.data.candidate_columns(effect)?.into_iter().map(Arc::new).collect();
+        let count = own.len();
+        let columns = [self.present.columns.clone(), own].concat();
+        let together = Present::with_weights(&self.data, columns, &self.present.weights);
+        let x = together.fit(&self.data.tau);
+        Ok(x[x.len() - count..].to_vec())
+    }
+
+    /// Drops effects that have become needless since others came in; answers whether there were any.
+    pub fn look_back(&mut self) -> Result<bool> {
+        let mut dropped = false;
+        loop {
+            let mut weakest: Option<(usize, f64)> = None;
+            for rung in 0..self.rungs.len() {
+                let part = self.rungs[rung].part;
+                let (score, usefulness) = self.without(part)?;
+                let needed = score.as_ref().is_some_and(|s| self.passes(usefulness, s));
+                let z = score.map_or(0.0, |s| s.z);
+                if !needed && weakest.is_none_or(|(_, least)| z < least) {
+                    weakest = Some((rung, z));
+                }
+            }
+            let Some((rung, _)) = weakest else { return Ok(dropped) };
+            let part = self.rungs.remove(rung).part;
+            (self.say)(&format!("no longer needed: {}", self.parts.title(part, &self.data.robot)));
+            self.parts.remove(part);
+            self.refit()?;
+            dropped = true;
+        }
+    }
+
+    /// What a part is worth now: its score beside all the others.
+    pub fn without(&self, part: usize) -> Result<(Option<Score>, f64)> {
+        let present = Present::with_weights(&self.data, self.parts.columns_without(part), &self.present.weights);
+        let response = present.respond(&self.data, self.data.tau.clone());
+        let own = self.parts.own_columns(part);
+        let projection = Projection::new(&self.data, &present, vec![own], 0.0);
+        let score = projection.score(&self.data, &present, &response);
+        let usefulness = score.as_ref().map_or(0.0, |s| self.usefulness(self.parts.joint(part), s));
+        Ok((score, usefulness))
+    }
+}
