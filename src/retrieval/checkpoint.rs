@@ -123,10 +123,14 @@ impl Checkpoint {
         let again = "start without resuming, or give the folder that belongs to this study";
         let content: Content = parse(&text::read(&path)?, &path)?;
         if content.digest != seal(&content.origin, &content.runs) {
-            return Err(Error::new("the checkpoint is damaged: its digest does not fit").in_file(&path).help(again));
+            return Err(Error::new("the checkpoint is damaged: its digest does not fit")
+                .in_file(&path)
+                .help(again));
         }
         if let Some(conflict) = origin.conflict(&content.origin) {
-            return Err(Error::new(format!("the checkpoint does not fit: {conflict}")).in_file(&path).help(again));
+            return Err(Error::new(format!("the checkpoint does not fit: {conflict}"))
+                .in_file(&path)
+                .help(again));
         }
         Ok(content.runs.into_iter().map(|bits| (bits.run, bits.outcome())).collect())
     }
@@ -219,7 +223,8 @@ mod tests {
     use crate::retrieval::penalty::testing;
 
     fn runs() -> Vec<Option<Outcome>> {
-        let outcome = |x: f64| Outcome { z: vec![x, -0.0, 1.0 / 3.0], objective: x, violation: 0.0, evaluations: 7 };
+        let outcome =
+            |x: f64| Outcome { z: vec![x, -0.0, 1.0 / 3.0], objective: x, violation: 0.0, evaluations: 7 };
         vec![Some(outcome(0.1)), None, Some(outcome(1e-300))]
     }
 
@@ -246,7 +251,8 @@ mod tests {
         checkpoint.save("a/b", &origin, &runs()).expect("saves");
         let file = checkpoint.file("a/b");
         assert_eq!(file.file_name().and_then(|n| n.to_str()), Some("a%2fb.checkpoint.json"));
-        let refused = |origin: &Origin| checkpoint.load("a/b", origin).expect_err("refused").message().to_string();
+        let refused =
+            |origin: &Origin| checkpoint.load("a/b", origin).expect_err("refused").message().to_string();
         let seed = Origin { seed: 2, ..origin.clone() };
         assert!(refused(&seed).contains("seed 1, this is seed 2"), "{}", refused(&seed));
         let mut other = testing::disc();

@@ -4,6 +4,7 @@
 mod audit;
 mod chart;
 pub mod checkpoint;
+pub mod nlopt;
 mod objective;
 pub mod penalty;
 pub mod polish;

@@ -75,8 +75,8 @@ fn reflect(value: f64, lower: f64, upper: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::retrieval::penalty::{PenaltyForm, testing};
     use crate::retrieval::penalty::walk::Ground;
+    use crate::retrieval::penalty::{PenaltyForm, testing};
 
     #[test]
     fn finds_the_nearest_point_of_a_disc() {

@@ -34,7 +34,8 @@ pub(crate) fn disc() -> Problem {
     space.push_group("height", [member("z")]);
     let v = Affine::variable;
     let one = Affine::constant(1.0);
-    let product = Body::General { function: Arc::new(Product(0.25)), why: "a product".into(), implied: vec![] };
+    let product =
+        Body::General { function: Arc::new(Product(0.25)), why: "a product".into(), implied: vec![] };
     let forms = vec![
         Form::new("disc", "m", 1.0, Body::Norm { rows: vec![v(0), v(1)], bound: one.clone() }),
         Form::affine("line", "m", 1.2, v(0).plus(1.0, &v(1)).times(-1.0).plus(1.2, &one)),

@@ -30,9 +30,17 @@ pub struct Ground<'a> {
 /// A quick way to a form's violation.
 #[derive(Debug)]
 enum Gauge<'a> {
-    Affine { row: &'a Affine, scale: f64 },
+    Affine {
+        row: &'a Affine,
+        scale: f64,
+    },
     /// A Cholesky factor shows that nothing is violated; else the least eigenvalue or the form's own measure.
-    Psd { size: usize, constant: Vec<f64>, entries: Vec<(usize, usize, f64)>, form: &'a Form },
+    Psd {
+        size: usize,
+        constant: Vec<f64>,
+        entries: Vec<(usize, usize, f64)>,
+        form: &'a Form,
+    },
     Other(&'a Form),
 }
 

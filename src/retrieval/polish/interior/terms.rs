@@ -127,6 +127,14 @@ impl Term {
         }
     }
 
+    /// The condition of an affine term.
+    pub(super) fn affine(&self) -> Option<&Affine> {
+        match self {
+            Self::Affine(row) => Some(row),
+            _ => None,
+        }
+    }
+
     /// Weight of the term in the duality gap: a gap of `mu` times this remains at the end.
     pub(super) fn degree(&self) -> f64 {
         match self {
@@ -200,12 +208,8 @@ fn add_cone(rows: &[Affine], bound: &Affine, x: &[f64], mu: f64, slopes: &mut Sl
 
 impl Block {
     fn new(size: usize, lower: &[Affine], slack: Slack) -> Self {
-        let mut block = Self {
-            size,
-            constant: vec![0.0; size * size],
-            support: Vec::new(),
-            entries: Vec::new(),
-        };
+        let mut block =
+            Self { size, constant: vec![0.0; size * size], support: Vec::new(), entries: Vec::new() };
         for i in 0..size {
             for j in 0..=i {
                 let row = &lower[i * (i + 1) / 2 + j];
@@ -272,4 +276,3 @@ fn turn(x: &[f64], n: usize, entries: &[(usize, usize, f64)], result: &mut [f64]
         }
     }
 }
-
