@@ -35,7 +35,7 @@ impl LinkSpace {
         Self { space, links: robot.dof(), names }
     }
 
-    /// Mass of a link [kg].
+    /// Mass of a link \[kg\].
     pub fn mass(&self, link: usize) -> Affine {
         Affine::variable(PARAMETERS_PER_LINK * link)
     }

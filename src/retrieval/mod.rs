@@ -2,8 +2,11 @@
 //! objective and forms; nothing here knows robots, data or effects.
 
 mod audit;
+pub mod certificate;
 mod chart;
 pub mod checkpoint;
+mod cone;
+mod lmi;
 pub mod nlopt;
 mod objective;
 pub mod penalty;
@@ -11,6 +14,7 @@ pub mod polish;
 
 pub use audit::{Audit, ConstraintAudit, FEASIBLE, audit};
 pub use chart::{Chart, Identity, Side};
+pub use lmi::{LmiEngine, LmiSolution};
 pub use objective::Quadratic;
 
 use std::fmt::Debug;
