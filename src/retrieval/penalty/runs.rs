@@ -157,7 +157,11 @@ pub(in crate::retrieval) fn all(
         let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
         kept[run] = Some(outcome);
         let count = kept.iter().flatten().count();
-        if count % plan.runs.div_ceil(SAVE_PARTS) == 0 { save(plan, &kept).map(|()| None) } else { Ok(None) }
+        if count.is_multiple_of(plan.runs.div_ceil(SAVE_PARTS)) {
+            save(plan, &kept).map(|()| None)
+        } else {
+            Ok(None)
+        }
     };
     let partial = open.par_iter().map(work).collect::<Result<Vec<_>>>()?;
     let kept = kept.into_inner().unwrap_or_else(PoisonError::into_inner);
