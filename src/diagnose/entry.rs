@@ -95,13 +95,27 @@ pub fn diagnose(request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<Outco
     let mut data = Data::new(request.robot, chosen.runs.clone(), chosen.folds.clone())?;
     data.changed = (0..logs.len()).map(|k| k >= request.reference.len()).collect();
     let undecided = poor_data(&data);
+    // DEBUG
     let mut ladder = start(data, &request, &chosen, say)?;
     let base = telling::Base::of(&ladder)?;
     let added = add_requested(&mut ladder, &request.add)?;
     let step = Instant::now();
     if undecided.iter().all(|(_, blocks)| !blocks) {
-        ladder.calibrate(request.seed);
-        search(&mut ladder)?;
+        // DEBUG2
+        if std::env::var("DBG").is_ok() {
+            let x = ladder.present.fit(&ladder.data.tau);
+            let ins = ladder.present.residual_of(&ladder.data.tau, &x);
+            for j in 0..ladder.data.dof() {
+                let per: Vec<String> = ladder.data.fold_ranges.iter().map(|rs| {
+                    let v: Vec<f64> = rs.iter().flat_map(|r| ladder.response.residual[j][r.clone()].to_vec()).collect();
+                    format!("{:.3}", super::present::rms(&v))
+                }).collect();
+                eprintln!("{j} in {:.4} folds {:?} kept {} of {}", super::present::rms(&ins[j]), per, ladder.present.all.kept.len(), ladder.present.width());
+            }
+        }
+        search(&mut ladder, say)?;
+        ladder.calibrate(request.seed, say);
+        search(&mut ladder, say)?;
     }
     timing.insert("search".to_string(), step.elapsed().as_secs_f64());
     let diagnosis = telling::Telling {
@@ -121,22 +135,22 @@ pub fn diagnose(request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<Outco
 }
 
 /// Forward, backward, forward again, until neither changes anything.
-fn search(ladder: &mut Ladder<'_>) -> Result<()> {
+fn search(ladder: &mut Ladder, say: &mut dyn FnMut(&str)) -> Result<()> {
     for _ in 0..3 {
-        ladder.climb()?;
-        if !ladder.look_back()? {
+        ladder.climb(say)?;
+        if !ladder.look_back(say)? {
             break;
         }
     }
     Ok(())
 }
 
-fn start<'a>(
+fn start(
     mut data: Data,
     request: &Request<'_>,
     chosen: &Chosen,
-    say: &'a mut dyn FnMut(&str),
-) -> Result<Ladder<'a>> {
+    say: &mut dyn FnMut(&str),
+) -> Result<Ladder> {
     let effects: Vec<Box<dyn Effect>> = match &request.start {
         Start::Rigid => vec![Box::new(RigidBody::default())],
         // The residual of a given model is compared, then everything is fitted again to find out why.
@@ -156,7 +170,8 @@ fn start<'a>(
     let parts = Parts::new(&data, effects, chosen.widths.clone())?;
     let present = Present::new(&data, parts.columns());
     let response = present.respond(&data, data.tau.clone());
-    let floor = Floor::new(&data, &response.residual, chosen.settings.band_hz);
+    let in_sample = present.residual_of(&data.tau, &present.fit(&data.tau));
+    let floor = Floor::new(&data, &in_sample, chosen.settings.band_hz);
     let candidates = candidates::catalogue(&data, &chosen.widths, &request.extra)?;
     let mut ladder = Ladder {
         data,
@@ -170,17 +185,16 @@ fn start<'a>(
         rungs: Vec::new(),
         refused: Vec::new(),
         best_left: 0.0,
-        say,
     };
     ladder.refit()?;
-    (ladder.say)("computing the catalogue");
+    say("computing the catalogue");
     ladder.refresh_torque()?;
     candidates::fill(&mut ladder.candidates, &ladder.data, false);
     Ok(ladder)
 }
 
 /// Adds effects that the user asked for, without asking whether they help.
-fn add_requested(ladder: &mut Ladder<'_>, wanted: &[(String, Option<String>)]) -> Result<Vec<telling::Added>> {
+fn add_requested(ladder: &mut Ladder, wanted: &[(String, Option<String>)]) -> Result<Vec<telling::Added>> {
     let mut added = Vec::new();
     for (name, joint) in wanted {
         let index = joint.as_ref().map(|j| joint_number(ladder, j)).transpose()?;
@@ -214,7 +228,7 @@ fn add_requested(ladder: &mut Ladder<'_>, wanted: &[(String, Option<String>)]) -
     Ok(added)
 }
 
-fn joint_number(ladder: &Ladder<'_>, joint: &str) -> Result<usize> {
+fn joint_number(ladder: &Ladder, joint: &str) -> Result<usize> {
     let robot = &ladder.data.robot;
     robot.joint_index(joint).ok_or_else(|| {
         let known: Vec<&str> = robot.joints.iter().map(|j| j.name.as_str()).collect();
@@ -222,7 +236,7 @@ fn joint_number(ladder: &Ladder<'_>, joint: &str) -> Result<usize> {
     })
 }
 
-fn unknown_effect(name: &str, joint: Option<&str>, ladder: &Ladder<'_>) -> Error {
+fn unknown_effect(name: &str, joint: Option<&str>, ladder: &Ladder) -> Error {
     let mut known: Vec<&str> = ladder.candidates.iter().map(Candidate::name).collect();
     known.dedup();
     if known.contains(&name) {
@@ -286,7 +300,7 @@ fn refuse_shared_rows(request: &Request<'_>) -> Result<()> {
 
 /// The model people take away: the start, what was added, and with `--auto` what was found.
 fn model_file(
-    ladder: &Ladder<'_>,
+    ladder: &Ladder,
     chosen: &Chosen,
     request: &Request<'_>,
     added: &[telling::Added],
@@ -317,7 +331,7 @@ fn fitted(data: &Data, effects: Vec<Box<dyn Effect>>) -> Result<(crate::model::M
 
 /// Errors on logs that are never fitted, of the start and of everything that was found.
 fn validate(
-    ladder: &Ladder<'_>,
+    ladder: &Ladder,
     base: &telling::Base,
     chosen: &Chosen,
     request: &Request<'_>,

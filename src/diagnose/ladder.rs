@@ -40,7 +40,7 @@ pub(super) struct Refusal {
 }
 
 /// The state of the climb.
-pub(super) struct Ladder<'a> {
+pub(super) struct Ladder {
     pub data: Data,
     pub parts: Parts,
     pub limits: Limits,
@@ -54,7 +54,6 @@ pub(super) struct Ladder<'a> {
     pub refused: Vec<Refusal>,
     /// Largest z of anything at the last look, with what it belongs to.
     pub best_left: f64,
-    pub say: &'a mut dyn FnMut(&str),
 }
 
 /// A candidate with its score.
@@ -65,7 +64,7 @@ pub(super) struct Scored {
     pub usefulness: f64,
 }
 
-impl Ladder<'_> {
+impl Ladder {
     /// Held-out rms of each joint now.
     pub fn rms(&self) -> Vec<f64> {
         self.response.residual.iter().map(|r| rms(r)).collect()
@@ -151,8 +150,8 @@ impl Ladder<'_> {
     }
 
     /// Calibrates the gate on these very data: present residuals with random signs have nothing to find.
-    pub fn calibrate(&mut self, seed: u64) {
-        (self.say)("calibrating the threshold by sign flips");
+    pub fn calibrate(&mut self, seed: u64, say: &mut dyn FnMut(&str)) {
+        say("calibrating the threshold by sign flips");
         let projections = self.projections();
         let seconds = self.data.seconds();
         let highest = |replicate: usize| -> f64 {
@@ -185,7 +184,7 @@ impl Ladder<'_> {
     }
 
     /// Adds what explains most until nothing passes, or the limit of steps is reached.
-    pub fn climb(&mut self) -> Result<()> {
+    pub fn climb(&mut self, say: &mut dyn FnMut(&str)) -> Result<()> {
         while self.rungs.len() < self.limits.steps {
             self.refresh_candidates()?;
             let scored = self.scan();
@@ -210,7 +209,7 @@ impl Ladder<'_> {
             let after = self.rms();
             for (part, score, usefulness, also_possible) in added {
                 let (before, after) = (before.clone(), after.clone());
-                (self.say)(&format!("found {}", self.parts.title(part, &self.data.robot)));
+                say(&format!("found {}", self.parts.title(part, &self.data.robot)));
                 self.rungs.push(Rung { part, score, usefulness, before, after, also_possible });
             }
         }
@@ -296,14 +295,14 @@ impl Ladder<'_> {
         let own: Vec<Arc<Column>> =
             self.data.candidate_columns(effect)?.into_iter().map(Arc::new).collect();
         let count = own.len();
-        let columns = [self.present.columns.clone(), own].concat();
+        let mut columns = self.parts.columns();
+        columns.columns.splice(0..0, own);
         let together = Present::with_weights(&self.data, columns, &self.present.weights);
-        let x = together.fit(&self.data.tau);
-        Ok(x[x.len() - count..].to_vec())
+        Ok(together.fit(&self.data.tau)[..count].to_vec())
     }
 
     /// Drops effects that have become needless since others came in; answers whether there were any.
-    pub fn look_back(&mut self) -> Result<bool> {
+    pub fn look_back(&mut self, say: &mut dyn FnMut(&str)) -> Result<bool> {
         let mut dropped = false;
         loop {
             let mut weakest: Option<(usize, f64)> = None;
@@ -318,7 +317,7 @@ impl Ladder<'_> {
             }
             let Some((rung, _)) = weakest else { return Ok(dropped) };
             let part = self.rungs.remove(rung).part;
-            (self.say)(&format!("no longer needed: {}", self.parts.title(part, &self.data.robot)));
+            say(&format!("no longer needed: {}", self.parts.title(part, &self.data.robot)));
             self.parts.remove(part);
             self.refit()?;
             dropped = true;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::candidates::{Candidate, local_joint};
 use super::data::{Column, Data};
+use super::present::Columns;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::identify::BaseParameters;
@@ -179,15 +180,17 @@ impl Parts {
     }
 
     /// All columns: effects first, then slopes, then nuisances.
-    pub fn columns(&self) -> Vec<Arc<Column>> {
+    pub fn columns(&self) -> Columns {
         self.columns_without(usize::MAX)
     }
 
     /// All columns but those of one part.
-    pub fn columns_without(&self, part: usize) -> Vec<Arc<Column>> {
+    pub fn columns_without(&self, part: usize) -> Columns {
         let kept = || self.live().filter(move |(k, _)| *k != part).map(|(_, p)| p);
         let effects = kept().flat_map(|p| p.columns.iter().cloned());
-        effects.chain(kept().flat_map(|p| p.slopes.iter().cloned())).chain(self.nuisances.iter().cloned()).collect()
+        let slopes = kept().flat_map(|p| p.slopes.iter().cloned());
+        let columns = effects.chain(slopes).chain(self.nuisances.iter().cloned()).collect();
+        Columns { columns, nuisances: self.nuisances.len() }
     }
 
     /// Columns of one part.

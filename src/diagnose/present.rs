@@ -14,8 +14,17 @@ use crate::linalg::{dots, subtract_product};
 const DEPENDENT: f64 = 1e-9;
 /// Keeps a fold's fit defined where only the held-out fold excites a column.
 const RIDGE: f64 = 1e-10;
+/// Nuisances are held back by this part of their size: a column of rare spikes must not run wild in a fold.
+const NUISANCE_RIDGE: f64 = 0.02;
 /// Rounds of weighting joints by one over their residual rms.
 const ROUNDS: usize = 3;
+
+/// Columns to fit; the last `nuisances` of them are nobody's physics.
+#[derive(Debug, Clone)]
+pub(super) struct Columns {
+    pub columns: Vec<Arc<Column>>,
+    pub nuisances: usize,
+}
 
 /// The model at hand with its fits. Residuals and the effects of candidates are held out: every fold is
 /// predicted by a fit of the others.
@@ -24,6 +33,8 @@ pub(super) struct Present {
     pub columns: Vec<Arc<Column>>,
     /// Columns that reach each joint.
     pub active: Vec<Vec<usize>>,
+    /// The last so many columns are nuisances: held back where data say little about them.
+    nuisances: usize,
     /// One over the residual rms of each joint.
     pub weights: Vec<f64>,
     /// Factor of the normal equations of all data.
@@ -47,7 +58,7 @@ pub(super) struct Response {
 
 impl Present {
     /// Prepares the fits of `columns`; joints are weighed by their residual under this very model.
-    pub fn new(data: &Data, columns: Vec<Arc<Column>>) -> Self {
+    pub fn new(data: &Data, columns: Columns) -> Self {
         let mut this = Self::unfitted(data, columns);
         this.weights = (0..data.dof()).map(|j| 1.0 / rms(&data.tau[j]).max(1e-300)).collect();
         for _ in 0..ROUNDS {
@@ -60,14 +71,15 @@ impl Present {
     }
 
     /// The same with given weights of the joints.
-    pub fn with_weights(data: &Data, columns: Vec<Arc<Column>>, weights: &[f64]) -> Self {
+    pub fn with_weights(data: &Data, columns: Columns, weights: &[f64]) -> Self {
         let mut this = Self::unfitted(data, columns);
         this.weights = weights.to_vec();
         this.factor(data.fold_ranges.len());
         this
     }
 
-    fn unfitted(data: &Data, columns: Vec<Arc<Column>>) -> Self {
+    fn unfitted(data: &Data, columns: Columns) -> Self {
+        let Columns { columns, nuisances } = columns;
         let active: Vec<Vec<usize>> = (0..data.dof())
             .map(|j| (0..columns.len()).filter(|&c| columns[c].part(j).is_some()).collect())
             .collect();
@@ -78,7 +90,7 @@ impl Present {
             .collect();
         let none = Cholesky::new(&[], 0, DEPENDENT, 0.0);
         let weights = vec![1.0; data.dof()];
-        Self { columns, active, weights, all: none, folds: Vec::new(), grams }
+        Self { columns, active, nuisances, weights, all: none, folds: Vec::new(), grams }
     }
 
     /// Number of columns.
@@ -109,14 +121,24 @@ impl Present {
         a
     }
 
+    /// Normal equations of all data, nuisances held back.
+    fn normal(&self) -> Vec<f64> {
+        let p = self.width();
+        let mut a = self.normal_of(0..self.grams.len());
+        for c in p - self.nuisances..p {
+            a[c * p + c] *= 1.0 + NUISANCE_RIDGE;
+        }
+        a
+    }
+
     fn factor_all(&self) -> Cholesky {
-        Cholesky::new(&self.normal_of(0..self.grams.len()), self.width(), DEPENDENT, 0.0)
+        Cholesky::new(&self.normal(), self.width(), DEPENDENT, 0.0)
     }
 
     fn factor(&mut self, folds: usize) {
         let p = self.width();
         self.all = self.factor_all();
-        let mut blocked = self.normal_of(0..folds);
+        let mut blocked = self.normal();
         // What all data cannot tell apart stays out of every fold.
         for c in (0..p).filter(|c| self.all.kept.binary_search(c).is_err()) {
             blocked[c * p + c] = 0.0;

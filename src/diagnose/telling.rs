@@ -31,7 +31,7 @@ pub(super) struct Base {
 }
 
 impl Base {
-    pub fn of(ladder: &Ladder<'_>) -> Result<Self> {
+    pub fn of(ladder: &Ladder) -> Result<Self> {
         let effects = ladder.parts.effects();
         let x = ladder.present.fit(&ladder.data.tau);
         let (model, x) = ladder.parts.model(&ladder.data.robot, &x)?;
@@ -48,14 +48,14 @@ pub(super) struct Added {
 }
 
 impl Added {
-    pub fn now(ladder: &Ladder<'_>, name: &str, parts: &[usize]) -> Self {
+    pub fn now(ladder: &Ladder, name: &str, parts: &[usize]) -> Self {
         Self { name: name.to_string(), parts: parts.to_vec(), rms: ladder.rms() }
     }
 }
 
 /// Everything the answer is made of.
-pub(super) struct Telling<'a, 'b> {
-    pub ladder: &'a Ladder<'b>,
+pub(super) struct Telling<'a> {
+    pub ladder: &'a Ladder,
     pub chosen: &'a Chosen,
     pub base: &'a Base,
     pub added: &'a [Added],
@@ -63,7 +63,7 @@ pub(super) struct Telling<'a, 'b> {
     pub undecided: Vec<Undecided>,
 }
 
-impl Telling<'_, '_> {
+impl Telling<'_> {
     pub fn tell(self) -> Result<Diagnosis> {
         let (missing, minor) = self.missing()?;
         let found = !missing.is_empty() || !minor.is_empty();
