@@ -122,9 +122,9 @@ pub(super) fn against(
     report.logs.push(LogFacts::new(&log, robot));
     let findings = log_against_robot(robot, &log, other)?;
     report.next = if findings.is_sound() {
-        vec!["a scenario with `robot` and `logs: Files(fit: [..])` identifies it: lacuna scenario".into()]
+        vec!["lacuna scenario FILE.ron, with `robot` and `logs: Files(fit: [..])` in it".into()]
     } else {
-        vec!["mend what is marked x and check again; an identification would be wrong".into()]
+        vec!["mend what is marked x and check again; what is identified would be wrong".into()]
     };
     report.against_robot.push((log.name.clone(), findings));
     Ok(())
@@ -168,7 +168,7 @@ fn column_map(path: &Path, options: &Options, report: &mut Report) -> Result<()>
     say("velocity", map.velocity.is_some());
     say("acceleration", map.acceleration.is_some());
     say("torque", map.torque.is_some());
-    lines.extend(map.channels.iter().map(|(ours, _)| format!("maps channel {ours}")));
+    lines.extend(map.channels.keys().map(|ours| format!("maps channel {ours}")));
     report.sections.push(Section::wrapped("column map", lines));
     report.next = vec![format!("lacuna check LOG.csv --robot ROBOT --columns {}", path.display())];
     let (Some(robot), Some(data)) = (&options.robot, &options.data) else { return Ok(()) };

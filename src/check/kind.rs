@@ -108,7 +108,7 @@ pub fn recognise(path: &Path) -> Result<Kind> {
         "ron" => ron(path, start),
         _ if start.starts_with('<') => Ok(Kind::Urdf),
         _ if start.starts_with('(') || start.starts_with("//") => ron(path, start),
-        _ if start.contains(',') => Ok(table(start)),
+        _ if start.lines().next().is_some_and(|line| line.contains(',')) => Ok(table(start)),
         _ => Err(unknown(path)),
     }
 }

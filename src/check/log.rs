@@ -31,11 +31,11 @@ pub struct LogFacts {
     pub quantities: Vec<&'static str>,
     /// Other columns.
     pub channels: Vec<String>,
-    /// Last time stamp less the first [s].
+    /// Last time stamp less the first \[s\].
     pub duration_s: f64,
-    /// Sampling rate by the clock that the signal step finds [Hz].
+    /// Sampling rate by the clock that the signal step finds \[Hz\].
     pub rate_hz: Option<f64>,
-    /// Period of the motion where it repeats [s].
+    /// Period of the motion where it repeats \[s\].
     pub period_s: Option<f64>,
     /// The signal step in words.
     pub signals: Vec<String>,
@@ -108,7 +108,7 @@ impl LogFacts {
                 .filter(|l| l.contains("clock") || l.contains("diff(q)"))
                 .map(|l| l.trim().to_string()),
         );
-        let width = self.joints.iter().map(|j| j.name.chars().count()).max().unwrap_or(0).clamp(5, 20);
+        let width = self.joints.iter().map(|j| j.name.chars().count()).max().unwrap_or(0).clamp(5, 12);
         lines.push(format!(
             "{:<width$} {:>17} {:>15} {:>10}  {}",
             "joint", "q rad (m)", "degrees", "max |tau|", "diff(q)/dq"
@@ -128,7 +128,7 @@ impl JointRange {
             self.degrees.map_or("-".into(), |d| range(d, 0)),
             self.torque.map_or("-".into(), |t| number(t, 4)),
             self.velocity_slope.map_or("-".into(), |s| number(s, 3)),
-            if self.beyond_limits { " beyond limits" } else { "" }
+            if self.beyond_limits { " limits!" } else { "" }
         )
     }
 }

@@ -120,12 +120,16 @@ impl Report {
             None => format!("{}: not recognised\n", self.file),
         };
         let mut sections: Vec<Section> = self.robot.iter().flat_map(RobotFacts::sections).collect();
+        if self.kind == Some(Kind::Scenario) {
+            // The robot's own check lists its base parameters.
+            sections.truncate(1);
+        }
         sections.extend(self.sections.iter().cloned());
         sections.extend(self.logs.iter().map(LogFacts::section));
         sections.extend(self.against_robot.iter().map(|(name, f)| against(name, f)));
         for section in sections.iter().filter(|s| !s.lines.is_empty()) {
             text += &format!("\n{}\n", section.title);
-            section.lines.iter().for_each(|line| text += &format!("  {line}\n"));
+            section.lines.iter().for_each(|line| text += &format!("  {}\n", line.trim_end()));
         }
         list(&mut text, "remarks", "!", self.remarks.iter().map(String::as_str));
         list(&mut text, "problems", "x", self.problems.iter().map(|p| p.text.as_str()));
@@ -149,13 +153,12 @@ fn list<'a>(text: &mut String, title: &str, mark: &str, items: impl Iterator<Ite
 
 /// A log against the robot.
 fn against(name: &str, f: &Findings) -> Section {
-    let mut lines = vec![
-        format!(
-            "relative error {:.2} % as it is, {:.2} % held out (classical model refitted,",
-            f.relative_error_percent, f.held_out_relative_error_percent
-        ),
-        format!("{} rows, {}; joints count alike)", f.rows, f.folds),
-    ];
+    let error = format!(
+        "relative error {:.2} % as it is, {:.2} % held out (classical model refitted, {} rows, {}; joints count \
+         alike)",
+        f.relative_error_percent, f.held_out_relative_error_percent, f.rows, f.folds
+    );
+    let mut lines = wrap(&error, 76);
     if let Some(own) = f.own_inertias_error_percent {
         lines.push(format!("{own:.2} % with the robot file's own inertias, friction and offset fitted"));
     }
@@ -185,7 +188,7 @@ fn against(name: &str, f: &Findings) -> Section {
     }
     if let Some(map) = &f.column_map {
         lines.push("column map to put it right (--columns MAP.ron):".into());
-        lines.extend(map.lines().map(str::to_string));
+        lines.extend(map.lines().flat_map(|line| wrap(line, 76)));
     }
     Section::table(format!("{name} against the robot"), lines)
 }

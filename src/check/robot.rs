@@ -16,7 +16,7 @@ pub struct RobotFacts {
     pub gravity: [f64; 3],
     /// Joints in the order of the file.
     pub joints: Vec<JointFacts>,
-    /// Mass of all links that have one [kg].
+    /// Mass of all links that have one \[kg\].
     pub total_mass: f64,
     /// Links without inertia.
     pub without_inertia: Vec<String>,
@@ -43,7 +43,7 @@ pub struct JointFacts {
     pub velocity: Option<f64>,
     /// Largest torque or force [N m, N].
     pub effort: Option<f64>,
-    /// Mass of the link [kg].
+    /// Mass of the link \[kg\].
     pub mass: Option<f64>,
 }
 
@@ -111,25 +111,24 @@ impl RobotFacts {
     }
 
     fn table(&self) -> Vec<String> {
-        let width = self.joints.iter().map(|j| j.name.chars().count()).max().unwrap_or(0).clamp(5, 22);
+        let width = self.joints.iter().map(|j| j.name.chars().count()).max().unwrap_or(0).clamp(5, 14);
         let mut lines = vec![format!(
-            "{:<width$}  kind  {:<10} {:>20} {:>17} {:>8}",
-            "name", "on", "axis", "range", "kg"
+            "{:<width$}  kind  {:<8} {:>17} {:>16} {:>7}",
+            "name", "on", "axis", "range rad, m", "kg"
         )];
         for j in &self.joints {
-            let limit = |x: Option<f64>| x.map_or("-".to_string(), |x| number(x, 4));
-            let unit = if j.kind == "revolute" { "rad" } else { "m" };
+            let limit = |x: Option<f64>| x.map_or("-".to_string(), |x| number(x, 3));
             let range = match j.position {
                 [None, None] => "no limits".to_string(),
-                [low, high] => format!("{}..{} {unit}", limit(low), limit(high)),
+                [low, high] => format!("{}..{}", limit(low), limit(high)),
             };
             lines.push(format!(
-                "{:<width$}  {}  {:<10} {:>20} {:>17} {:>8}",
+                "{:<width$}  {}  {:<8} {:>17} {:>16} {:>7}",
                 cut(&j.name, width),
                 if j.kind == "revolute" { "turn" } else { "push" },
-                cut(&j.parent, 10),
-                j.axis.map(|a| number(a, 3)).join(" "),
-                cut(&range, 17),
+                cut(&j.parent, 8),
+                cut(&j.axis.map(|a| number(a, 3)).join(" "), 17),
+                cut(&range, 16),
                 j.mass.map_or("-".to_string(), |m| format!("{m:.3}")),
             ));
         }

@@ -46,7 +46,7 @@ impl DensityRealisable {
         form: "affine and semidefinite: every engine",
     };
 
-    /// `tr(P Q)`: the density's integral of `1 - (x - center)ᵀ A (x - center)` [kg].
+    /// `tr(P Q)`: the density's integral of `1 - (x - center)ᵀ A (x - center)` \[kg\].
     fn trace(&self, p: &[Affine]) -> Affine {
         let r = rotation(&self.rpy);
         let squares = Matrix3::from_diagonal(&Vector3::from(self.semi_axes.map(|s| 1.0 / (s * s))));

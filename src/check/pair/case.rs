@@ -267,7 +267,7 @@ fn given_products(model: &Model, run: &Run, weights: &[f64], parameters: &[f64])
         let mut block = vec![0.0; 5 * length];
         for k in 0..rows {
             let v = run.dq[j][k];
-            let sign = if v > 0.0 { 1.0 } else { f64::from(i8::from(v < 0.0)) * -1.0 };
+            let sign = if v > 0.0 { 1.0 } else { -f64::from(i8::from(v < 0.0)) };
             let row = [1.0, v, sign, weights[j] * predicted[j][k], weights[j] * run.tau[j][k]];
             row.into_iter().enumerate().for_each(|(c, value)| block[c * length + k] = value);
         }

@@ -164,7 +164,10 @@ fn folds(full: &Run, run: &Run) -> Result<Folds> {
     let rows: Rows = run.rows();
     match detect_period(full) {
         Some(period) => Folds::same_phase(&[rows], period, FOLDS),
-        None => Folds::contiguous(&[rows], run.dt * run.samples() as f64 / f64::from(4 * FOLDS), FOLDS),
+        None => {
+            let block = run.dt * run.samples() as f64 / f64::from(4 * FOLDS);
+            Folds::contiguous(&[rows], libm::round(block * 1e3).max(1.0) / 1e3, FOLDS)
+        }
     }
 }
 

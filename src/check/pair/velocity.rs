@@ -6,11 +6,11 @@ use super::reading::Signed;
 use crate::log::{Log, TimeUnit};
 use crate::robot::{JointKind, Robot};
 
-/// Length of the differences that are compared with velocities [s]: long beside the jitter of stamps.
+/// Length of the differences that are compared with velocities \[s\]: long beside the jitter of stamps.
 const SPAN_S: f64 = 0.03;
 /// Correlation from which two signals follow each other.
 const FOLLOWS: f64 = 0.85;
-/// Slower than this many rows per second, stamps are hardly in seconds [Hz].
+/// Slower than this many rows per second, stamps are hardly in seconds \[Hz\].
 const SLOWEST_HZ: f64 = 4.0;
 
 /// What time, position and velocity say of each other, and the log with that put right.
@@ -218,12 +218,11 @@ impl Pairs {
     }
 
     fn add(&mut self, d: &[f64], v: &[f64]) {
-        for i in 0..d.len() {
-            self.differences[i] += d[i] * d[i];
-            self.velocities[i] += v[i] * v[i];
-            for j in 0..v.len() {
-                self.cross[i][j] += d[i] * v[j];
-            }
+        let squares = |sums: &mut [f64], x: &[f64]| sums.iter_mut().zip(x).for_each(|(s, x)| *s += x * x);
+        squares(&mut self.differences, d);
+        squares(&mut self.velocities, v);
+        for (row, d) in self.cross.iter_mut().zip(d) {
+            row.iter_mut().zip(v).for_each(|(sum, v)| *sum += d * v);
         }
     }
 

@@ -54,12 +54,8 @@ pub(super) fn change(
         Change::SwapTorques(a, b) => {
             ("torque_order", format!("torques of {} and {} are exchanged", of(a), of(b)), vec![*a, *b])
         }
-        Change::ReverseJoints => ("joint_order", "the joints stand in reversed order".into(), vec![]),
-        Change::ReversePositions => {
-            ("position_order", format!("{and_velocity} of the joints stand in reversed order"), vec![])
-        }
-        Change::ReverseTorques => {
-            ("torque_order", "torques of the joints stand in reversed order".into(), vec![])
+        Change::ReverseJoints | Change::ReversePositions | Change::ReverseTorques => {
+            reversed(change, and_velocity)
         }
         Change::Gravity(g) => ("mounting", mounting(robot, g), vec![]),
         Change::NoGravity => ("no_gravity", "the torque has no gravity in it".into(), vec![]),
@@ -68,6 +64,15 @@ pub(super) fn change(
             ("convention", text, vec![])
         }
     }
+}
+
+fn reversed(change: &Change, and_velocity: &str) -> (&'static str, String, Vec<usize>) {
+    let (kind, what) = match change {
+        Change::ReversePositions => ("position_order", format!("{and_velocity} of the joints")),
+        Change::ReverseTorques => ("torque_order", "torques of the joints".into()),
+        _ => ("joint_order", "the joints".into()),
+    };
+    (kind, format!("{what} stand in reversed order"), vec![])
 }
 
 fn mounting(robot: &Robot, g: &nalgebra::Vector3<f64>) -> String {
@@ -91,16 +96,9 @@ fn mounting(robot: &Robot, g: &nalgebra::Vector3<f64>) -> String {
 pub(super) fn remedy(change: &Change) -> String {
     match change {
         Change::Gravity(g) => {
-            let number = |x: f64| if x.abs() < 5e-4 { "0".to_string() } else { format!("{x:.3}") };
-            format!(
-                "pass --gravity {},{},{} (in a scenario `gravity: ({:.3}, {:.3}, {:.3})`)",
-                number(g.x),
-                number(g.y),
-                number(g.z),
-                g.x,
-                g.y,
-                g.z
-            )
+            // Whole zeros, not -0.000.
+            let [x, y, z] = [g.x, g.y, g.z].map(|c| if c.abs() < 5e-4 { 0.0 } else { c });
+            format!("pass --gravity {x:.3},{y:.3},{z:.3} (in a scenario `gravity: ({x:.3}, {y:.3}, {z:.3})`)")
         }
         Change::NoGravity => "log the measured torque with gravity in it; or identify with --gravity 0,0,0, \
                               which leaves the gravity parameters unknown"
