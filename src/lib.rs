@@ -7,6 +7,7 @@ pub mod diagnose;
 pub mod effects;
 pub mod error;
 pub mod excitation;
+pub mod export;
 pub mod form;
 pub mod identify;
 pub mod kernels;
