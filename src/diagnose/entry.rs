@@ -184,6 +184,7 @@ fn start(
         response,
         rungs: Vec::new(),
         refused: Vec::new(),
+        unknown: Vec::new(),
         best_left: 0.0,
     };
     ladder.refit()?;

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::candidates::{self, Candidate};
 use super::data::{Column, Data};
+use super::closing::Unknown;
 use super::floor::Floor;
 use super::parts::{Part, Parts};
 use super::present::{Present, Response, rms};
@@ -52,8 +53,19 @@ pub(super) struct Ladder {
     pub response: Response,
     pub rungs: Vec<Rung>,
     pub refused: Vec<Refusal>,
+    /// Structure without a name.
+    pub unknown: Vec<Unknown>,
     /// Largest z of anything at the last look, with what it belongs to.
     pub best_left: f64,
+}
+
+/// A candidate that is about to be added.
+struct Addition {
+    candidate: usize,
+    alternative: usize,
+    score: Score,
+    usefulness: f64,
+    also: Vec<String>,
 }
 
 /// A candidate with its score.
@@ -189,29 +201,49 @@ impl Ladder {
             self.refresh_candidates()?;
             let scored = self.scan();
             self.best_left = scored.iter().map(|s| s.score.z).fold(0.0, f64::max);
-            let passing: Vec<&Scored> =
-                scored.iter().filter(|s| self.passes(s.usefulness, &s.score)).collect();
-            let Some(best) = passing.first() else { return Ok(()) };
-            let chosen = self.simplest_tie(best, &passing);
-            let also = self.also_possible(chosen, &passing);
-            let batch = self.family(chosen, &passing);
-            let before = self.rms();
-            let mut added = Vec::new();
-            for (scored, also) in std::iter::once((chosen, also)).chain(batch.into_iter().map(|s| (s, Vec::new()))) {
-                if let Some(part) = self.try_add(scored.candidate, scored.score.alternative)? {
-                    added.push((part, scored.score.clone(), scored.usefulness, also));
+            let passing: Vec<&Scored> = scored.iter().filter(|s| self.passes(s.usefulness, &s.score)).collect();
+            let chosen = passing.first().map(|best| self.simplest_tie(best, &passing));
+            if let Some(unknown) = self.unknown_beside(chosen, &passing)? {
+                if self.add_unknown(unknown, say)? {
+                    continue;
                 }
             }
-            if added.is_empty() {
-                continue;
+            let Some(chosen) = chosen else { return Ok(()) };
+            let first = (chosen, self.also_possible(chosen, &passing));
+            let others = self.family(chosen, &passing).into_iter().map(|s| (s, Vec::new()));
+            let steps: Vec<Addition> = std::iter::once(first)
+                .chain(others)
+                .map(|(s, also)| Addition {
+                    candidate: s.candidate,
+                    alternative: s.score.alternative,
+                    score: s.score.clone(),
+                    usefulness: s.usefulness,
+                    also,
+                })
+                .collect();
+            self.add_all(steps, say)?;
+        }
+        Ok(())
+    }
+
+    fn add_all(&mut self, steps: Vec<Addition>, say: &mut dyn FnMut(&str)) -> Result<()> {
+        let before = self.rms();
+        let mut added = Vec::new();
+        for step in steps {
+            if let Some(part) = self.try_add(step.candidate, step.alternative)? {
+                added.push((part, step));
             }
-            self.refit()?;
-            let after = self.rms();
-            for (part, score, usefulness, also_possible) in added {
-                let (before, after) = (before.clone(), after.clone());
-                say(&format!("found {}", self.parts.title(part, &self.data.robot)));
-                self.rungs.push(Rung { part, score, usefulness, before, after, also_possible });
-            }
+        }
+        if added.is_empty() {
+            return Ok(());
+        }
+        self.refit()?;
+        let after = self.rms();
+        for (part, step) in added {
+            say(&format!("found {}", self.parts.title(part, &self.data.robot)));
+            let (before, after) = (before.clone(), after.clone());
+            let Addition { score, usefulness, also: also_possible, .. } = step;
+            self.rungs.push(Rung { part, score, usefulness, before, after, also_possible });
         }
         Ok(())
     }
@@ -230,16 +262,21 @@ impl Ladder {
 
     /// Whether data cannot tell `other` from `best`: same joint, nearly the gain, and a difference of
     /// losses within two standard errors (Diebold and Mariano 1995).
-    fn ties(&self, best: &Scored, other: &Scored) -> bool {
+    pub fn ties(&self, best: &Scored, other: &Scored) -> bool {
         if self.candidates[best.candidate].joint != self.candidates[other.candidate].joint
             || other.score.gain < self.limits.tie_gain * best.score.gain
         {
             return false;
         }
+        !self.clearly_better(&best.score, &other.score)
+    }
+
+    /// Whether the losses of one explanation are lower than another's by more than two standard errors.
+    pub fn clearly_better(&self, one: &Score, other: &Score) -> bool {
         let mut difference = vec![0.0; self.data.count()];
         for (joint, residual) in self.response.residual.iter().enumerate() {
             let w = self.present.weights[joint] * self.present.weights[joint];
-            let (a, b) = (&best.score.effect[joint], &other.score.effect[joint]);
+            let (a, b) = (&one.effect[joint], &other.effect[joint]);
             for (k, d) in difference.iter_mut().enumerate() {
                 let (ra, rb) = (residual[k] - a[k], residual[k] - b[k]);
                 *d += w * (rb * rb - ra * ra);
@@ -248,7 +285,7 @@ impl Ladder {
         let mean: f64 = difference.iter().sum::<f64>() / difference.len() as f64;
         let centred: Vec<f64> = difference.iter().map(|d| d - mean).collect();
         let deviation = super::score::long_run_variance(&self.data, &centred).sqrt();
-        difference.iter().sum::<f64>() < 2.0 * deviation
+        difference.iter().sum::<f64>() >= 2.0 * deviation
     }
 
     fn also_possible(&self, chosen: &Scored, passing: &[&Scored]) -> Vec<String> {
@@ -276,17 +313,18 @@ impl Ladder {
 
     /// Refines a candidate and adds it, unless its numbers cannot be physics.
     pub fn try_add(&mut self, candidate: usize, alternative: usize) -> Result<Option<usize>> {
-        let chosen = self.candidates[candidate].clone();
+        let chosen = &self.candidates[candidate];
+        let (name, joint) = (chosen.name(), chosen.joint);
         let start = chosen.alternatives[alternative].clone();
         let effect = refine::shapes(&self.data, &self.present, start)?;
         let values = self.values(effect.as_ref())?;
         let reason =
             effect.undecidable(&self.data.robot, &self.data.runs).or_else(|| effect.implausible(&values));
         if let Some(reason) = reason {
-            self.refused.push(Refusal { effect: chosen.name(), joint: chosen.joint, reason });
+            self.refused.push(Refusal { effect: name, joint, reason });
             return Ok(None);
         }
-        let part = Part::found(&self.data, effect, chosen.joint, &values)?;
+        let part = Part::found(&self.data, effect, joint, &values)?;
         Ok(Some(self.parts.add(part)))
     }
 

@@ -17,6 +17,7 @@
 
 mod answer;
 mod candidates;
+mod closing;
 mod data;
 mod entry;
 mod floor;
@@ -29,6 +30,7 @@ mod regions;
 mod score;
 mod signals;
 mod telling;
+mod unknown;
 
 pub use answer::{
     Baseline, Diagnosis, Event, First, Inseparable, Joint, Missing, Moved, Parameter, Refused, Region,
@@ -53,6 +55,10 @@ pub struct Limits {
     pub sign_flips: usize,
     /// Most effects that are added.
     pub steps: usize,
+    /// A formula needs this z and this part of its joint's held-out squared error.
+    pub formula: (f64, f64),
+    /// A variable without a formula needs this z and this part of its joint's held-out squared error.
+    pub variable: (f64, f64),
 }
 
 impl Default for Limits {
@@ -65,6 +71,8 @@ impl Default for Limits {
             tie_gain: 0.75,
             sign_flips: 40,
             steps: 40,
+            formula: (6.0, 0.20),
+            variable: (7.5, 0.25),
         }
     }
 }

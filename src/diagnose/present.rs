@@ -15,7 +15,7 @@ const DEPENDENT: f64 = 1e-9;
 /// Keeps a fold's fit defined where only the held-out fold excites a column.
 const RIDGE: f64 = 1e-10;
 /// Nuisances are held back by this part of their size: a column of rare spikes must not run wild in a fold.
-const NUISANCE_RIDGE: f64 = 0.02;
+const NUISANCE_RIDGE: f64 = 0.1;
 /// Rounds of weighting joints by one over their residual rms.
 const ROUNDS: usize = 3;
 

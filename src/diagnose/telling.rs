@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 
 use super::answer::{
     Baseline, Diagnosis, First, Joint, Missing, Moved, Parameter, Refused, Signals, Step, Undecided,
+    Unexplained,
 };
 use super::ladder::{Ladder, Rung};
 use super::present::rms;
@@ -66,7 +67,7 @@ pub(super) struct Telling<'a> {
 impl Telling<'_> {
     pub fn tell(self) -> Result<Diagnosis> {
         let (missing, minor) = self.missing()?;
-        let found = !missing.is_empty() || !minor.is_empty();
+        let found = !missing.is_empty() || !minor.is_empty() || !self.ladder.unknown.is_empty();
         Ok(Diagnosis {
             lacuna: env!("CARGO_PKG_VERSION").to_string(),
             verdict: entry::verdict(found, &self.undecided),
@@ -76,7 +77,7 @@ impl Telling<'_> {
             first: if found { self.first() } else { None },
             missing,
             minor,
-            unexplained: Vec::new(),
+            unexplained: self.unexplained(),
             refused: self.refused(),
             inseparable: Vec::new(),
             regions: regions::find(&self.ladder.data, &self.base.residual),
@@ -176,7 +177,10 @@ impl Telling<'_> {
         Some(First {
             joint: self.name(worst),
             share_of_reducible_percent: 100.0 * excess[worst] / total.max(1e-300),
-            cause: cause.map_or("unknown", |r| self.ladder.parts.get(r.part).effect.about().name).to_string(),
+            cause: cause
+                .filter(|r| !self.is_formula(r.part))
+                .map_or("unknown", |r| self.ladder.parts.get(r.part).effect.about().name)
+                .to_string(),
         })
     }
 
@@ -186,7 +190,7 @@ impl Telling<'_> {
         let mut order: Vec<&Rung> = self.ladder.rungs.iter().collect();
         order.sort_by(|a, b| b.usefulness.total_cmp(&a.usefulness));
         let (mut missing, mut minor): (Vec<Missing>, Vec<Missing>) = (Vec::new(), Vec::new());
-        for rung in order {
+        for rung in order.into_iter().filter(|r| !self.is_formula(r.part)) {
             let entry = self.entry(rung)?;
             let list = if rung.usefulness < MINOR * largest { &mut minor } else { &mut missing };
             match list.iter_mut().find(|m| m.effect == entry.effect && !m.joints.is_empty()) {
@@ -255,6 +259,24 @@ impl Telling<'_> {
                 standard_error: d.standard_error.and_then(finite),
             })
             .collect())
+    }
+
+    fn is_formula(&self, part: usize) -> bool {
+        self.ladder.unknown.iter().any(|u| u.part == Some(part))
+    }
+
+    fn unexplained(&self) -> Vec<Unexplained> {
+        let live = self.ladder.parts.numbers();
+        let one = |u: &super::closing::Unknown| Unexplained {
+            joint: self.name(u.joint),
+            depends_on: u.depends_on.clone(),
+            formula: u.part.and_then(|part| self.ladder.written(part)),
+            script: None,
+            z: u.z,
+            gain_percent: 100.0 * u.share,
+            nearest: u.nearest.as_ref().map(|(name, left)| format!("{name}, leaves {:.0} %", 100.0 * left)),
+        };
+        self.ladder.unknown.iter().filter(|u| u.part.is_none_or(|p| live.contains(&p))).map(one).collect()
     }
 
     fn refused(&self) -> Vec<Refused> {

@@ -5,6 +5,7 @@
 //! other. One file each; [`CATALOGUE`] names those that ship.
 
 mod coulomb_friction;
+mod formula;
 mod joints;
 mod rigid_body;
 mod sigmoid_friction;
@@ -13,6 +14,7 @@ mod torque_offset;
 mod viscous_friction;
 
 pub use coulomb_friction::CoulombFriction;
+pub use formula::{Curve, Formula, Own};
 pub use joints::Joints;
 pub use rigid_body::RigidBody;
 pub(crate) use sigmoid_friction::logistic;
@@ -177,6 +179,11 @@ pub trait Effect: Debug + Send + Sync {
 
     /// Why these runs cannot show the effect, whatever the fit says, or `None` where they can.
     fn undecidable(&self, _robot: &Robot, _runs: &[Run]) -> Option<String> {
+        None
+    }
+
+    /// The effect as a formula with its numbers, where that says more than [`About::equation`].
+    fn written(&self, _robot: &Robot, _values: &[f64]) -> Option<String> {
         None
     }
 
