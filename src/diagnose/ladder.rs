@@ -16,6 +16,11 @@ use super::{Limits, refine};
 use crate::effects::Effect;
 use crate::error::Result;
 
+/// Offset, viscous and Coulomb friction come first in the catalogue, after the rigid body.
+const PLAIN: usize = 3;
+/// The same effect is added on other joints at once when it is at least this useful beside the first.
+const FAMILY: f64 = 0.1;
+
 /// One effect that was added, with what it brought.
 #[derive(Debug, Clone)]
 pub(super) struct Rung {
@@ -151,8 +156,12 @@ impl Ladder {
 
     /// Whether a score is believed.
     pub fn passes(&self, usefulness: f64, score: &Score) -> bool {
-        score.z >= self.gate
-            && score.share >= self.limits.least_share
+        score.z >= self.gate && self.worthwhile(usefulness, score)
+    }
+
+    /// Everything that is asked of a score beside its significance.
+    fn worthwhile(&self, usefulness: f64, score: &Score) -> bool {
+        score.share >= self.limits.least_share
             && usefulness >= self.limits.least_usefulness
             && score.z_without_best >= self.limits.z_without_best
     }
@@ -184,7 +193,7 @@ impl Ladder {
                 .iter()
                 .enumerate()
                 .filter_map(|(k, p)| Some((k, p.as_ref()?.score(&self.data, &self.present, &response)?)))
-                .filter(|(_, score)| score.share >= self.limits.least_share)
+                .filter(|(k, score)| self.worthwhile(self.usefulness(self.candidates[*k].joint, score), score))
                 .map(|(_, score)| score.z)
                 .fold(0.0, f64::max)
         };
@@ -203,10 +212,13 @@ impl Ladder {
             self.best_left = scored.iter().map(|s| s.score.z).fold(0.0, f64::max);
             let passing: Vec<&Scored> = scored.iter().filter(|s| self.passes(s.usefulness, &s.score)).collect();
             let chosen = passing.first().map(|best| self.simplest_tie(best, &passing));
-            if let Some(unknown) = self.unknown_beside(chosen, &passing)? {
-                if self.add_unknown(unknown, say)? {
-                    continue;
-                }
+            // Plain friction first: while that is missing, everything else looks strange.
+            let plain = passing.iter().any(|s| self.candidates[s.candidate].order <= PLAIN);
+            if !plain
+                && let Some(unknown) = self.unknown_beside(chosen, &passing)?
+                && self.add_unknown(unknown, say)?
+            {
+                continue;
             }
             let Some(chosen) = chosen else { return Ok(()) };
             let first = (chosen, self.also_possible(chosen, &passing));
@@ -298,7 +310,7 @@ impl Ladder {
         names
     }
 
-    /// The same effect on other joints, where it is by far significant and the best explanation there.
+    /// The same effect on other joints, where it is the best explanation there.
     fn family<'s>(&self, chosen: &Scored, passing: &[&'s Scored]) -> Vec<&'s Scored> {
         let own = &self.candidates[chosen.candidate];
         let Some(own_joint) = own.joint else { return Vec::new() };
@@ -307,7 +319,8 @@ impl Ladder {
             .filter(|&j| j != own_joint)
             .filter_map(best_of)
             .map(|best| self.simplest_tie(best, passing))
-            .filter(|s| self.candidates[s.candidate].name() == own.name() && s.score.z >= 2.0 * self.gate)
+            .filter(|s| self.candidates[s.candidate].name() == own.name())
+            .filter(|s| s.usefulness >= FAMILY * chosen.usefulness)
             .collect()
     }
 
