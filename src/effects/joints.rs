@@ -38,7 +38,7 @@ impl Joints {
 fn find(robot: &Robot, name: &str) -> Result<usize> {
     robot.joint_index(name).ok_or_else(|| {
         let known: Vec<_> = robot.joints.iter().map(|j| j.name.as_str()).collect();
-        Error::new(format!("no joint `{name}`")).help(format!(
+        Error::new(format!("there is no joint `{name}`")).help(format!(
             "`{}` has {}, or numbers 1 to {}",
             robot.name,
             known.join(", "),
@@ -56,41 +56,95 @@ impl Serialize for Joints {
     }
 }
 
+/// RON hands over a value under this name as it is written. A bare word like `All` is otherwise known to be
+/// there but not which it is, so a typo would pass for `All`.
+const AS_WRITTEN: &str = "$ron::private::RawValue";
+
 impl<'de> Deserialize<'de> for Joints {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Either;
-        impl<'de> Visitor<'de> for Either {
-            type Value = Joints;
-
-            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str("`All` or a list of joint names such as [\"joint4\"]")
-            }
-
-            fn visit_str<E: serde::de::Error>(self, v: &str) -> Result<Joints, E> {
-                if v == "All" {
-                    Ok(Joints::All)
-                } else {
-                    Err(E::invalid_value(serde::de::Unexpected::Str(v), &self))
-                }
-            }
-
-            fn visit_bytes<E: serde::de::Error>(self, v: &[u8]) -> Result<Joints, E> {
-                self.visit_str(std::str::from_utf8(v).map_err(E::custom)?)
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Joints, A::Error> {
-                let mut names = Vec::new();
-                while let Some(name) = seq.next_element::<String>()? {
-                    names.push(name);
-                }
-                if names.is_empty() {
-                    return Err(A::Error::custom(
-                        "the list of joints is empty; write `All` or name at least one",
-                    ));
-                }
-                Ok(Joints::Named(names))
-            }
+        let names = match deserializer.deserialize_newtype_struct(AS_WRITTEN, Written)? {
+            Value::Text(text) if text.trim() == "All" => return Ok(Self::All),
+            Value::Text(list) => crate::text::from_ron(&list).map_err(|_| D::Error::custom(wrong(&list)))?,
+            Value::Names(names) => names,
+        };
+        if names.is_empty() {
+            return Err(D::Error::custom(
+                "the list of joints is empty\n  help: write `All`, or name at least one",
+            ));
         }
-        deserializer.deserialize_any(Either)
+        Ok(Self::Named(names))
+    }
+}
+
+fn wrong(text: &str) -> String {
+    let text = crate::text::names::shorten(text.trim());
+    format!("these are no joints: {text}\n  help: write {SHAPE}; a joint's number stands in quotes, too")
+}
+
+const SHAPE: &str = "All, or a list of joint names such as [\"joint4\"]";
+
+enum Value {
+    /// RON as written, or `All` in other formats.
+    Text(String),
+    Names(Vec<String>),
+}
+
+struct Written;
+
+impl<'de> Visitor<'de> for Written {
+    type Value = Value;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(SHAPE)
+    }
+
+    fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Value, E> {
+        Ok(Value::Text(text.to_owned()))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Value, A::Error> {
+        let mut names = Vec::new();
+        while let Some(name) = seq.next_element()? {
+            names.push(name);
+        }
+        Ok(Value::Names(names))
+    }
+
+    fn visit_newtype_struct<D: Deserializer<'de>>(self, inner: D) -> Result<Value, D::Error> {
+        inner.deserialize_any(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::Effect;
+    use crate::text::{from_ron, to_ron};
+
+    fn joints(text: &str) -> Result<String> {
+        let effect: Box<dyn Effect> = from_ron(&format!("{{\"torque_offset\": (joints: {text})}}"))?;
+        Ok(format!("{effect:?}"))
+    }
+
+    #[test]
+    fn all_and_lists_are_read_as_written_and_typos_refused() -> Result<()> {
+        assert_eq!(joints(" All ")?, "TorqueOffset { joints: All }");
+        assert_eq!(joints("/* one */ [\"elbow\"]")?, "TorqueOffset { joints: Named([\"elbow\"]) }");
+        for wrong in ["Al", "all", "[1]", "\"All\"", "[]", "()", "4", "Some(All)"] {
+            let error = joints(wrong).expect_err(wrong);
+            assert!(error.place().is_some() && error.to_string().contains("All"), "{wrong}: {error}");
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn every_format_brings_back_what_was_written() -> Result<()> {
+        for joints in [Joints::All, Joints::Named(vec!["a \"b\"".into(), "2".into()])] {
+            assert_eq!(from_ron::<Joints>(&to_ron(&joints)?)?, joints);
+            let json = serde_json::to_string(&joints).map_err(|e| Error::new(e.to_string()))?;
+            let back: Joints = serde_json::from_str(&json).map_err(|e| Error::new(e.to_string()))?;
+            assert_eq!(back, joints);
+        }
+        Ok(())
     }
 }
