@@ -216,7 +216,9 @@ pub fn held_out(model: &Model, evidence: &Evidence, weighting: Weighting) -> Res
         if triangles.iter().all(|t| t.rows() == 0) {
             continue;
         }
-        let trained = fit(model, evidence, Some(fold), weighting)?;
+        let trained = fit(model, evidence, Some(fold), weighting).map_err(|e| {
+            e.about(&format!("`hold_out` leaves too little when fold {} is held out", fold + 1))
+        })?;
         for (joint, triangle) in triangles.iter().enumerate() {
             let part = joint_sums(model, joint, triangle, &trained.x);
             sums[joint].residual += part.residual;
@@ -252,6 +254,10 @@ fn solve(model: &Model, triangles: &[Triangle], weights: &[f64]) -> Result<Fit> 
     let total = stack(model, triangles, weights, &all);
     let unexcited = total.dependent_columns();
     let kept = kept_columns(model, &unexcited);
+    if kept.is_empty() {
+        return Err(Error::new("this motion moves nothing that the model could explain")
+            .help("record a motion of every joint, or check the columns of the log"));
+    }
     let total = if unexcited.is_empty() { total } else { stack(model, triangles, weights, &kept) };
     let solution = Solution::new(&total)?;
     let variance = solution.variance().unwrap_or(f64::NAN);

@@ -110,7 +110,8 @@ impl Dialect {
                 self.functions.insert(name.to_string(), defined);
                 State::Arguments(name.to_string())
             }
-            (State::Arguments(_), Token::RightParen) => State::Elsewhere,
+            // `()` is one token.
+            (State::Arguments(_), Token::RightParen | Token::Unit) => State::Elsewhere,
             (State::Arguments(function), Token::Identifier(name)) => {
                 if let Some(defined) = self.functions.get_mut(&function) {
                     defined.arguments.push(name.to_string());

@@ -44,7 +44,7 @@ fn slips_of_the_pen_are_shown_where_they_stand() {
             "NaN is not a finite number",
         ),
         (
-            r#"{"com_sphere": (links: [], center: (0.0, 0.0, 0.0), radius: 0.1)}"#,
+            r#"{"com_sphere": (links: Only([]), center: (0.0, 0.0, 0.0), radius: 0.1)}"#,
             "2:",
             "list of links is empty",
         ),

@@ -2,7 +2,7 @@
 
 /// The name of `known` that differs least from `wanted`, if one is near enough to be meant: letters may
 /// differ, but `q3` is never meant by `q4`.
-pub(super) fn nearest<'a>(wanted: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub(crate) fn nearest<'a>(wanted: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let limit = 1 + wanted.chars().count() / 4;
     let digits = |name: &str| name.chars().filter(char::is_ascii_digit).collect::<String>();
     known
@@ -31,7 +31,7 @@ fn distance(a: &str, b: &str) -> usize {
 }
 
 /// `a, b, c`, cut after some thirty names.
-pub(super) fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+pub(crate) fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     const MOST: usize = 30;
     let mut names = names.into_iter();
     let mut text = names.by_ref().take(MOST).map(shorten).collect::<Vec<_>>().join(", ");
@@ -43,7 +43,7 @@ pub(super) fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
 }
 
 /// A text from a file, made fit to be quoted in a message.
-pub(super) fn shorten(text: &str) -> String {
+pub(crate) fn shorten(text: &str) -> String {
     const MOST: usize = 40;
     let mut short: String = text.chars().take(MOST).flat_map(char::escape_debug).collect();
     if text.chars().nth(MOST).is_some() {
