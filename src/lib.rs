@@ -20,7 +20,6 @@ pub mod report;
 pub mod retrieval;
 pub mod robot;
 pub mod scenario;
-pub mod script;
 pub mod signals;
 pub mod space;
 pub mod study;

@@ -38,7 +38,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("robot", vec![]),
         ("log", vec!["robot"]),
         ("signals", vec!["log"]),
-        ("kernels", vec!["robot"]),
+        ("kernels", vec!["robot", "linalg"]),
         ("excitation", vec!["robot", "random"]),
         ("plant", vec!["robot", "random", "excitation", "log"]),
         ("effects", vec!["robot", "kernels", "signals"]),
@@ -71,8 +71,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("space", vec![]),
         ("form", vec![]),
         ("retrieval", vec!["space", "form", "random"]),
-        ("constraints", vec!["space", "form", "retrieval", "robot", "script"]),
-        ("script", vec!["space", "form"]),
+        ("constraints", vec!["space", "form", "retrieval", "robot"]),
         ("report", vec!["identify", "retrieval", "robot"]),
         (
             "scenario",
