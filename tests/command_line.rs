@@ -2,6 +2,7 @@
 //! any number of threads.
 
 #[path = "command_line/folder.rs"]
+#[allow(dead_code, reason = "the tests of bad input use the rest")]
 mod folder;
 
 use std::io::{BufRead, BufReader};
@@ -158,7 +159,7 @@ fn timing_alone_differs_between_runs_and_the_seed_changes_the_rest() {
 fn a_written_model_predicts_what_it_was_fitted_to() {
     let folder = Folder::new();
     let log = "logs: Files(fit: [\"log.csv\"]), weighting: Ordinary";
-    let offset = "{\"torque_offset\": ()}, {\"viscous_friction\": (joints: [\"joint2\"])}";
+    let offset = "{\"torque_offset\": ()}, {\"viscous_friction\": (joints: Only([\"joint2\"]))}";
     for (name, effects) in [
         ("first", format!("{{\"rigid_body\": ()}}, {offset}")),
         ("last", format!("{offset}, {{\"rigid_body\": ()}}")),

@@ -19,7 +19,7 @@ const PUBLISHED: &str = include_str!("../scenarios/panda_table3.ron");
 const COLUMNS: &str = include_str!("../columns/ur_rtde.ron");
 const MODEL: &str = "(lacuna: \"0.1.0\", robot: \"arm\", origin: \"\", signals: (mode: Parallel, decimate: 3),
     effects: [{\"rigid_body\": ()}, {\"coulomb_friction\": (joints: All, width: 0.1)},
-        {\"sigmoid_friction\": (joints: [\"2\"], phi2: [1.5], phi3: [-0.1])}],
+        {\"sigmoid_friction\": (joints: Only([\"2\"]), phi2: [1.5], phi3: [-0.1])}],
     parameters: [(symbol: \"Jzz1\", value: 1e-3, unit: \"kg m^2\", standard_error: 2.0, stands_for: \"a + b\")])";
 
 fn cases(usual: u32) -> ProptestConfig {
@@ -150,7 +150,7 @@ fn effects() -> impl Strategy<Value = String> {
         prop_oneof![
             3 => Just("All".to_owned()),
             2 => prop::collection::vec(prop::sample::select(vec!["1", "2", "joint1", "elbow", "0", ""]), 1..3)
-                .prop_map(|names| format!("{names:?}")),
+                .prop_map(|names| format!("Only({names:?})")),
         ]
     };
     let one = prop_oneof![
@@ -227,6 +227,7 @@ fn check_finite(outcome: Result<Outcome>) -> Result<bool, TestCaseError> {
     let outcome = match outcome {
         Ok(outcome) => outcome,
         Err(error) => {
+            println!("{error}");
             prop_assert!(error.place().is_some() && error.to_string().contains("help: "), "{}", error);
             return Ok(false);
         }

@@ -32,7 +32,7 @@ pub(super) struct FromPoses {
 
 impl Study<'_> {
     pub(super) fn identify_from_poses(&mut self) -> Result<Option<FromPoses>> {
-        let (poses, published, noise) = match &self.scenario.poses {
+        let (poses, published, noise, read_from) = match &self.scenario.poses {
             None => return Ok(None),
             Some(Poses::File(file)) => {
                 let file = file.clone();
@@ -40,7 +40,7 @@ impl Study<'_> {
                     Error::new(format!("there is no file of static poses `{}`", file.display()))
                         .help("put it beside the scenario, or into the folder that LACUNA_DATA names")
                 })?;
-                (StaticPoses::open(path, &self.robot)?, None, None)
+                (StaticPoses::open(&path, &self.robot)?, None, None, Some(path))
             }
             Some(Poses::ReadOut { coefficients, count, noise_percent }) => {
                 let (file, count, percent) = (coefficients.clone(), *count, *noise_percent);
@@ -51,11 +51,14 @@ impl Study<'_> {
                 let clean = read_out(&Chain::new(&self.robot), &base.lift(&values), q, &published.source);
                 let sigma = StaticFit::new(&self.robot, &clean)?.deviation_implied_by(percent);
                 let noisy = with_noise(&clean, sigma, self.seed);
-                (noisy, Some(published), Some((clean, sigma, percent)))
+                (noisy, Some(published), Some((clean, sigma, percent)), None)
             }
         };
         self.say("identifying base parameters from static poses");
-        let fit = StaticFit::new(&self.robot, &poses)?;
+        let fit = StaticFit::new(&self.robot, &poses).map_err(|e| match read_from {
+            Some(path) => e.in_file(path),
+            None => e,
+        })?;
         if let Some(warning) = too_few_rows(fit.rows, fit.coefficients.len()) {
             self.warn(warning);
         }

@@ -13,14 +13,20 @@ pub(super) fn explained(error: &ron::error::SpannedError, ron: &str) -> Error {
     let span = &error.span;
     let at = if matches!(error.code, ron::Error::ExpectedComma) { &span.end } else { &span.start };
     let text = error.code.to_string();
-    let cut_off = matches!(error.code, ron::Error::Eof);
+    let unfinished = || {
+        let wants_more = ["Expected colon", "Expected comma", "Expected closing"];
+        wants_more.iter().any(|w| text.starts_with(w))
+            && find::next_value(ron, span.end.line, span.end.col).is_none()
+    };
+    let cut_off = matches!(error.code, ron::Error::Eof) || unfinished();
     let Some((line, column)) = find::next_value(ron, at.line, at.col).filter(|_| !cut_off) else {
         let end = &error.span.end;
         return Error::new("the file ends in the middle")
             .at(end.line, end.col)
             .help("close every bracket and every quote");
     };
-    let (what, help) = named(&text).or_else(|| shape(&text)).unwrap_or_else(|| ours(&text));
+    let choice = || choice(&text, find::before(ron, line, column));
+    let (what, help) = named(&text).or_else(choice).or_else(|| shape(&text)).unwrap_or_else(|| ours(&text));
     let explained = Error::new(what).at(line, column);
     if help.is_empty() { explained } else { explained.help(help) }
 }
@@ -60,6 +66,18 @@ fn known(found: &str, expected: &[String], what: &str) -> String {
     let meant =
         nearest(found, expected()).map_or_else(String::new, |near| format!("did you mean `{near}`? "));
     format!("{meant}known {what}: {}", list(expected()))
+}
+
+/// A list, number or text where joints or links are chosen: the slip that everybody makes once.
+fn choice(text: &str, before: &str) -> Option<(String, String)> {
+    let field = ["joints", "links"].into_iter().find(|f| before.trim_end().ends_with(&format!("{f}:")))?;
+    text.starts_with("Expected identifier").then(|| {
+        let one = field.trim_end_matches('s');
+        (
+            format!("`{field}` takes `All` or `Only([..])`"),
+            format!("write `{field}: All`, or `{field}: Only([\"{one}1\", \"{one}2\"])`"),
+        )
+    })
 }
 
 /// What is wrong with brackets, commas and literals: how the reader's message begins, ours, and help.

@@ -18,14 +18,16 @@ pub(super) fn beginning(text: &str) -> (usize, usize) {
 
 /// The place of what follows the blanks and comments at a line and column, if anything does.
 pub(super) fn next_value(text: &str, line: usize, column: usize) -> Option<(usize, usize)> {
-    let line_start = text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum::<usize>();
-    let in_line = text[line_start..]
-        .char_indices()
-        .nth(column.saturating_sub(1))
-        .map_or(text.len() - line_start, |(i, _)| i);
-    let mut words = Words { text, at: line_start + in_line };
+    let mut words = Words { text, at: before(text, line, column).len() };
     words.skip_blanks_and_comments();
     (!words.rest().is_empty()).then(|| position(text, words.at))
+}
+
+/// The text before a line and column.
+pub(super) fn before(text: &str, line: usize, column: usize) -> &str {
+    let line_start = text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum::<usize>();
+    let in_line = text[line_start..].char_indices().nth(column.saturating_sub(1));
+    &text[..line_start + in_line.map_or(text.len() - line_start, |(i, _)| i)]
 }
 
 fn position(text: &str, at: usize) -> (usize, usize) {

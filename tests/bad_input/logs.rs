@@ -120,8 +120,8 @@ fn column_maps() {
     for (map, place, words) in [
         ("", "1:1", "empty"),
         ("(delimeter: ';')", "1:2", "did you mean `delimiter`?"),
-        ("(delimiter: 'q')", "1:13", "delimiter must be"),
-        ("(position: (columns: \"q{1}\", unit: Degree))", "1:35", "did you mean `Degrees`?"),
+        ("(delimiter: 'q')", "1:15", "delimiter must be"),
+        ("(position: (columns: \"q{1}\", unit: Degree))", "1:36", "did you mean `Degrees`?"),
         ("(time: (rate_hz: -1))", "1:", "rate_hz must be positive"),
         ("(torque: (current: \"i{1}\"))", "1:", "current and gains"),
     ] {

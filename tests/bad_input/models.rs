@@ -20,7 +20,7 @@ fn models() {
     refused("value: 0.5", "value: half", "9:32", &["a number is expected"]);
     refused("band_hz: 5.0", "band_hz: -5.0", "5:15", &["`band_hz` is -5"]);
     refused("torque_offset", "torque_ofset", "6:17", &["did you mean `torque_offset`?"]);
-    refused("\"joint2\"", "\"joint9\"", "6:81", &["no joint `joint9`", "joint1, joint2"]);
+    refused("\"joint2\"", "\"joint9\"", "6:85", &["no joint `joint9`", "joint1, joint2"]);
     refused("joints: All", "joint: All", "6:34", &["did you mean `joints`?"]);
     refused("        (symbol: \"fo2\", value: 0.5, unit: \"N m\"),\n", "", "7:5", &["no value of `fo2`"]);
 }
@@ -45,7 +45,7 @@ fn published_coefficients() {
         ("(source: \"me\", coefficients: [(\"Jzz9\", 1)])", "1:32", "Jzz2"),
         ("(source: \"me\", coefficients: [(\"Jzz2\", 1), (\"Jzz2\", 1)])", "1:32", "`Jzz2` stands twice"),
         ("(source: \"me\", coefficients: [(\"Jzz2\", inf)])", "1:32", "`Jzz2` is inf"),
-        ("(source: \"me\", coefficients: [(\"Jzz2\")])", "1:", "Jzz2"),
+        ("(source: \"me\", coefficients: [(\"Jzz2\")])", "1:38", "tuple of size 2"),
         ("(source: \"me\", coefficients: [(\"Jzz2\", \"1\")])", "1:40", "a number is expected"),
     ] {
         folder.write("table.ron", table);

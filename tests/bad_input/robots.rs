@@ -44,13 +44,13 @@ fn urdf_files() {
 #[test]
 fn denavit_hartenberg_tables() {
     refused("bad_arm.ron", "", "1:1", &["the file is empty", "convention"]);
-    table("    convention: Standard,\n", "", "11:1", &["`convention` is missing", "Modified"]);
+    table("    convention: Standard,\n", "", "10:1", &["`convention` is missing", "Modified"]);
     table("Standard", "Craig", "3:17", &["`Modified` or `Standard`"]);
-    table("    gravity: (0.0, -9.81, 0.0),\n", "", "11:1", &["`gravity` is missing"]);
+    table("    gravity: (0.0, -9.81, 0.0),\n", "", "10:1", &["`gravity` is missing"]);
     table("a: 0.5", "a: NaN", "6:13", &["NaN", "finite"]);
     table("a: 0.5", "A: 0.5", "6:10", &["`A`", "`alpha`"]);
     let deep = ARM.replacen("[\n", &"[".repeat(100_000), 1);
-    refused("bad_arm.ron", deep, "5:11", &["nested too deeply"]);
+    refused("bad_arm.ron", deep, "5:74", &["nested too deeply"]);
 }
 
 #[test]

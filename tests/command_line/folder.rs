@@ -115,7 +115,7 @@ pub const MODEL: &str = "(
     robot: \"arm\",
     origin: \"by hand\",
     signals: (band_hz: 5.0),
-    effects: [{\"torque_offset\": (joints: All)}, {\"viscous_friction\": (joints: [\"joint2\"])}],
+    effects: [{\"torque_offset\": (joints: All)}, {\"viscous_friction\": (joints: Only([\"joint2\"]))}],
     parameters: [
         (symbol: \"fo1\", value: 1.0, unit: \"N m\"),
         (symbol: \"fo2\", value: 0.5, unit: \"N m\"),
