@@ -123,7 +123,7 @@ impl Curve {
             Self::Square => x * x,
             Self::Size => x.abs(),
             Self::SignedSquare => x * x.abs(),
-            Self::Sign => super::coulomb_friction::sign(x, 0.0),
+            Self::Sign => super::parts::sign(x, 0.0),
         }
     }
 
@@ -242,7 +242,7 @@ impl Effect for Formula {
                     let factor = match self.own {
                         Own::One => 1.0,
                         Own::Speed => v,
-                        Own::Sign => super::coulomb_friction::sign(v, self.width),
+                        Own::Sign => super::parts::sign(v, self.width),
                     };
                     *y = factor * self.shape.at(x, term == 1);
                 }
