@@ -37,6 +37,9 @@ pub(super) struct Diagnose {
     /// Add what is found until nothing significant is left.
     #[arg(long)]
     auto: bool,
+    /// Repeat the search on the data before this time [s], and score it on the rest.
+    #[arg(long, value_name = "SECONDS")]
+    nested: Option<f64>,
     /// Column map for a log with foreign headers: a file, or the name of a shipped one.
     #[arg(long, value_name = "MAP")]
     columns: Option<PathBuf>,
@@ -89,6 +92,7 @@ impl Diagnose {
             folds: &folds,
             add: self.add.iter().map(|a| wish(a)).collect(),
             auto: self.auto,
+            nested: self.nested,
             extra: Vec::new(),
             limits: Limits::default(),
             seed: global.seed.unwrap_or(inputs.seed),
@@ -161,8 +165,7 @@ impl Diagnose {
         let open = |files: &[PathBuf]| -> Result<Vec<Log>> {
             files.iter().map(|f| Log::open(f, &robot, columns.as_ref())).collect()
         };
-        let (logs, validate, reference) =
-            (open(&self.data)?, open(&self.validate)?, open(&self.reference)?);
+        let (logs, validate, reference) = (open(&self.data)?, open(&self.validate)?, open(&self.reference)?);
         let usual = Settings { mode: Mode::Parallel, band_hz: 8.0, trim_s: 1.0, ..Settings::default() };
         Ok(Inputs {
             logs,
@@ -198,7 +201,11 @@ impl Diagnose {
     fn next(&self, outcome: &Outcome, robot: &Path, _name: &str, written: Option<&Path>) -> String {
         let mut text = String::from("\n");
         if let Some(out) = written {
-            text += &format!("written  {}, {}\n", out.join("diagnosis.json").display(), out.join("model.ron").display());
+            text += &format!(
+                "written  {}, {}\n",
+                out.join("diagnosis.json").display(),
+                out.join("model.ron").display()
+            );
         }
         let what = match &self.scenario {
             Some(file) => file.display().to_string(),
@@ -210,7 +217,11 @@ impl Diagnose {
                 format!("lacuna diagnose {what} --add {}{joint}   (or --auto)", m.effect)
             }
             _ => match written {
-                Some(out) => format!("lacuna compare {} --robot {} --data NEW.csv", out.join("model.ron").display(), robot.display()),
+                Some(out) => format!(
+                    "lacuna compare {} --robot {} --data NEW.csv",
+                    out.join("model.ron").display(),
+                    robot.display()
+                ),
                 None => format!("lacuna diagnose {what} --out DIR   keeps the model"),
             },
         };
@@ -239,7 +250,8 @@ fn find(folder: &Path, file: &Path, missing: Option<&str>) -> Result<PathBuf> {
     let beside = folder.join(file);
     let in_data = || std::env::var_os("LACUNA_DATA").map(|d| Path::new(&d).join(file));
     [Some(beside), in_data()].into_iter().flatten().find(|p| p.is_file()).ok_or_else(|| {
-        let otherwise = "put it beside the scenario, into the folder that LACUNA_DATA names, or give --data CSV";
+        let otherwise =
+            "put it beside the scenario, into the folder that LACUNA_DATA names, or give --data CSV";
         let help = missing.map_or_else(|| otherwise.to_string(), |m| format!("{m}\n  {otherwise}"));
         Error::new("the log is not there").in_file(file).help(help)
     })

@@ -41,6 +41,10 @@ pub struct Diagnosis {
     pub undecided: Vec<Undecided>,
     /// Errors on a log that is never fitted.
     pub validation: Option<Validation>,
+    /// The same search on the first part of the data, scored on the rest.
+    pub nested: Option<Nested>,
+    /// Threshold of z, and how high sign flips of these data reach.
+    pub gate: [f64; 2],
     /// Why the search ended.
     pub stop_reason: String,
     /// Seconds per step; the only part that differs from run to run.
@@ -279,4 +283,17 @@ pub struct Validation {
     pub after_relative_error_percent: Option<f64>,
     /// Before and after, joint by joint [N m, N].
     pub rms: BTreeMap<String, [f64; 2]>,
+}
+
+/// Effects chosen and fitted on the first part of the data, scored on the rest: the error nobody has tuned to.
+#[derive(Debug, Clone, Serialize)]
+pub struct Nested {
+    /// End of the first part \[s\].
+    pub until_s: f64,
+    /// What was found in it.
+    pub effects: Vec<String>,
+    /// Error of the starting model on the rest.
+    pub before_relative_error_percent: Option<f64>,
+    /// Error with what was found on the rest.
+    pub after_relative_error_percent: Option<f64>,
 }

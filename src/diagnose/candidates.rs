@@ -59,7 +59,9 @@ fn grid(effect: &dyn Effect) -> Vec<Box<dyn Effect>> {
     for shape in effect.shapes() {
         all = all
             .into_iter()
-            .flat_map(|values: Vec<f64>| shape.trials.iter().map(move |t| [values.as_slice(), &[*t]].concat()))
+            .flat_map(|values: Vec<f64>| {
+                shape.trials.iter().map(move |t| [values.as_slice(), &[*t]].concat())
+            })
             .collect();
     }
     all.iter().map(|values| effect.with_shapes(values)).collect()

@@ -4,7 +4,7 @@ use super::ladder::{Ladder, Rung, Scored};
 use super::parts::Part;
 use super::present::rms;
 use super::refine;
-use super::score::{Projection, Score};
+use super::score::Score;
 use super::unknown::{Proposal, Search, boxed};
 use crate::effects::Effect;
 use crate::error::Result;
@@ -106,7 +106,10 @@ impl Ladder {
     fn formula_wins(&self, proposal: &Proposal, joint: usize, own: &[&Scored]) -> bool {
         let (z, part) = self.limits.formula;
         let score = &proposal.score;
-        if score.z < z.max(self.gate) || proposal.part < part || score.z_without_best < self.limits.z_without_best {
+        if score.z < z.max(self.gate)
+            || proposal.part < part
+            || score.z_without_best < self.limits.z_without_best
+        {
             return false;
         }
         let left = self.left_with(joint, score).max(0.0);
@@ -154,7 +157,15 @@ impl Ladder {
             nearest,
         });
         let after = self.rms();
-        self.rungs.push(Rung { part, score: proposal.score, usefulness, before, after, also_possible: Vec::new() });
+        self.rungs.push(Rung {
+            part,
+            score: proposal.score,
+            usefulness,
+            before,
+            after,
+            together: false,
+            also_possible: Vec::new(),
+        });
         Ok(true)
     }
 
@@ -164,14 +175,5 @@ impl Ladder {
         let values = &x[self.parts.place(part)];
         let effect: &dyn Effect = self.parts.get(part).effect.as_ref();
         effect.written(&self.data.robot, values)
-    }
-
-    /// A candidate's score beside the model at hand, whatever the gates say.
-    pub fn score_of(&self, candidate: usize) -> Option<Score> {
-        let columns = self.candidates[candidate].columns.clone();
-        if columns.is_empty() {
-            return None;
-        }
-        Projection::new(&self.data, &self.present, columns, 0.0).score(&self.data, &self.present, &self.response)
     }
 }

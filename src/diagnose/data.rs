@@ -71,7 +71,16 @@ impl Data {
         let tau = (0..robot.dof()).map(|joint| joined(|run| &run.tau, joint)).collect();
         let fold_ranges = (0..folds.count).map(|fold| ranges_of(&folds.fold, fold)).collect();
         let changed = vec![true; runs.len()];
-        Ok(Self { robot: robot.clone(), chain: Chain::new(robot), runs, rows, folds, fold_ranges, tau, changed })
+        Ok(Self {
+            robot: robot.clone(),
+            chain: Chain::new(robot),
+            runs,
+            rows,
+            folds,
+            fold_ranges,
+            tau,
+            changed,
+        })
     }
 
     /// Number of joints.

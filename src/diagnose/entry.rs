@@ -11,7 +11,8 @@ use super::ladder::Ladder;
 use super::parts::Parts;
 use super::present::Present;
 use super::signals::{Choice, Chosen, plain};
-use super::{Limits, telling};
+use super::{Limits, doubts, nested, telling};
+
 use crate::effects::{Effect, RigidBody};
 use crate::error::{Error, Result};
 use crate::identify::{Weighting, fit, refresh_model_torque, settle, with_model_torque, with_robust_sd};
@@ -21,6 +22,9 @@ use crate::predict::{predict, prediction_errors};
 use crate::report::finite;
 use crate::robot::Robot;
 use crate::signals::{Folds, Run, Settings, prepare};
+
+/// Rounds of climbing and looking back at most.
+const ROUNDS: usize = 3;
 
 /// The model that is compared with the measurement.
 #[derive(Debug, Clone)]
@@ -57,6 +61,8 @@ pub struct Request<'a> {
     pub add: Vec<(String, Option<String>)>,
     /// Whether what is found becomes part of the model.
     pub auto: bool,
+    /// Repeat the search on the data before this time \[s\] and score it on the rest.
+    pub nested: Option<f64>,
     /// Candidates beside the catalogue.
     pub extra: Vec<Box<dyn Effect>>,
     /// When something is believed.
@@ -95,27 +101,15 @@ pub fn diagnose(request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<Outco
     let mut data = Data::new(request.robot, chosen.runs.clone(), chosen.folds.clone())?;
     data.changed = (0..logs.len()).map(|k| k >= request.reference.len()).collect();
     let undecided = poor_data(&data);
-    // DEBUG
     let mut ladder = start(data, &request, &chosen, say)?;
-    let base = telling::Base::of(&ladder)?;
+    let base = telling::Base::of(&ladder, matches!(request.start, Start::Given))?;
     let added = add_requested(&mut ladder, &request.add)?;
     let step = Instant::now();
     if undecided.iter().all(|(_, blocks)| !blocks) {
-        // DEBUG2
-        if std::env::var("DBG").is_ok() {
-            let x = ladder.present.fit(&ladder.data.tau);
-            let ins = ladder.present.residual_of(&ladder.data.tau, &x);
-            for j in 0..ladder.data.dof() {
-                let per: Vec<String> = ladder.data.fold_ranges.iter().map(|rs| {
-                    let v: Vec<f64> = rs.iter().flat_map(|r| ladder.response.residual[j][r.clone()].to_vec()).collect();
-                    format!("{:.3}", super::present::rms(&v))
-                }).collect();
-                eprintln!("{j} in {:.4} folds {:?} kept {} of {}", super::present::rms(&ins[j]), per, ladder.present.all.kept.len(), ladder.present.width());
-            }
+        search(&mut ladder, request.seed, say)?;
+        if doubts::drop_artefacts(&mut ladder, smoother(&request, &chosen, &logs)?)? {
+            ladder.look_back(say)?;
         }
-        search(&mut ladder, say)?;
-        ladder.calibrate(request.seed, say);
-        search(&mut ladder, say)?;
     }
     timing.insert("search".to_string(), step.elapsed().as_secs_f64());
     let diagnosis = telling::Telling {
@@ -128,24 +122,45 @@ pub fn diagnose(request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<Outco
     };
     let mut diagnosis = diagnosis.tell()?;
     let model = model_file(&ladder, &chosen, &request, &added)?;
+    if let Some(until) = request.nested {
+        diagnosis.nested = Some(nested::run(&request, &chosen, until, say)?);
+    }
     diagnosis.validation = validate(&ladder, &base, &chosen, &request)?;
     timing.insert("total".to_string(), clock.elapsed().as_secs_f64());
     diagnosis.timing = timing;
     Ok(Outcome { diagnosis, model })
 }
 
-/// Forward, backward, forward again, until neither changes anything.
-fn search(ladder: &mut Ladder, say: &mut dyn FnMut(&str)) -> Result<()> {
-    for _ in 0..3 {
+/// Contacts first; then forward, backward, forward again, until neither changes anything. The threshold is
+/// calibrated where the residual holds least structure: at the end; what then fails it is dropped again.
+pub(super) fn search(ladder: &mut Ladder, seed: u64, say: &mut dyn FnMut(&str)) -> Result<()> {
+    ladder.look_for_contact(say)?;
+    for _ in 0..ROUNDS {
         ladder.climb(say)?;
         if !ladder.look_back(say)? {
             break;
         }
     }
+    ladder.calibrate(seed, say);
+    if ladder.gate > ladder.limits.least_z {
+        ladder.look_back(say)?;
+        ladder.climb(say)?;
+        ladder.look_back(say)?;
+    }
     Ok(())
 }
 
-fn start(
+/// The same data with the position filter at half its cut-off.
+fn smoother(request: &Request<'_>, chosen: &Chosen, logs: &[Log]) -> Result<Data> {
+    let settings =
+        Settings { position_cutoff_hz: 0.5 * chosen.settings.position_cutoff_hz, ..chosen.settings.clone() };
+    let runs: Vec<Run> = logs.iter().map(|log| Ok(prepare(log, &settings)?.0)).collect::<Result<_>>()?;
+    let mut data = Data::new(request.robot, runs, chosen.folds.clone())?;
+    data.changed = (0..logs.len()).map(|k| k >= request.reference.len()).collect();
+    Ok(data)
+}
+
+pub(super) fn start(
     mut data: Data,
     request: &Request<'_>,
     chosen: &Chosen,
@@ -179,12 +194,14 @@ fn start(
         limits: request.limits.clone(),
         floor,
         gate: request.limits.least_z,
+        flips: 0.0,
         candidates,
         present,
         response,
         rungs: Vec::new(),
         refused: Vec::new(),
         unknown: Vec::new(),
+        events: Vec::new(),
         best_left: 0.0,
     };
     ladder.refit()?;
@@ -278,9 +295,8 @@ fn poor_data(data: &Data) -> Vec<(Undecided, bool)> {
 
 /// A validation log must not be one of the fitted ones, in part or whole.
 fn refuse_shared_rows(request: &Request<'_>) -> Result<()> {
-    let key = |log: &Log, k: usize| -> Vec<u64> {
-        log.q.iter().chain(&log.tau).map(|c| c[k].to_bits()).collect()
-    };
+    let key =
+        |log: &Log, k: usize| -> Vec<u64> { log.q.iter().chain(&log.tau).map(|c| c[k].to_bits()).collect() };
     let mut seen = std::collections::HashSet::new();
     for log in request.logs.iter().chain(&request.reference) {
         seen.extend((0..log.rows()).map(|k| key(log, k)));
@@ -311,7 +327,10 @@ fn model_file(
         .parts
         .numbers()
         .into_iter()
-        .filter(|&k| !ladder.parts.get(k).found || request.auto || asked.contains(&k))
+        .filter(|&k| {
+            let found = ladder.parts.get(k).found;
+            !found || (request.reference.is_empty() && (request.auto || asked.contains(&k)))
+        })
         .map(|k| ladder.parts.get(k).effect.clone())
         .collect();
     let names: Vec<&str> = request.logs.iter().map(|log| log.name.as_str()).collect();
@@ -321,7 +340,10 @@ fn model_file(
 }
 
 /// Fits effects to the data as any other study would.
-fn fitted(data: &Data, effects: Vec<Box<dyn Effect>>) -> Result<(crate::model::Model, crate::identify::Fit)> {
+pub(super) fn fitted(
+    data: &Data,
+    effects: Vec<Box<dyn Effect>>,
+) -> Result<(crate::model::Model, crate::identify::Fit)> {
     let model = crate::model::Model::new(&data.robot, effects)?;
     let mut runs = data.runs.clone();
     let settled = settle(&model, &mut runs, &data.folds, Weighting::Joint)?;
@@ -350,7 +372,7 @@ fn validate(
         Ok(prediction_errors(&runs, &predict(&model, &runs, &found.x)?))
     };
     let before = errors(base.effects.clone())?;
-    let after = errors(ladder.parts.effects())?;
+    let after = errors(ladder.parts.shared_effects())?;
     let names = ladder.data.robot.joints.iter().map(|j| j.name.clone());
     Ok(Some(Validation {
         before_relative_error_percent: finite(before.pooled_percent),

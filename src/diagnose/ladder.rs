@@ -6,13 +6,13 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::candidates::{self, Candidate};
-use super::data::{Column, Data};
 use super::closing::Unknown;
+use super::data::{Column, Data};
 use super::floor::Floor;
 use super::parts::{Part, Parts};
 use super::present::{Present, Response, rms};
 use super::score::{Projection, Score};
-use super::{Limits, refine};
+use super::{Limits, events, refine};
 use crate::effects::Effect;
 use crate::error::Result;
 
@@ -33,6 +33,8 @@ pub(super) struct Rung {
     /// Held-out rms of each joint before and after.
     pub before: Vec<f64>,
     pub after: Vec<f64>,
+    /// Whether others came in at the same time.
+    pub together: bool,
     /// Explanations that the data cannot tell from this one.
     pub also_possible: Vec<String>,
 }
@@ -53,6 +55,8 @@ pub(super) struct Ladder {
     pub floor: Floor,
     /// Least z of anything that is believed.
     pub gate: f64,
+    /// How high sign flips of these data reach.
+    pub flips: f64,
     pub candidates: Vec<Candidate>,
     pub present: Present,
     pub response: Response,
@@ -60,6 +64,8 @@ pub(super) struct Ladder {
     pub refused: Vec<Refusal>,
     /// Structure without a name.
     pub unknown: Vec<Unknown>,
+    /// Parts that act in an interval only.
+    pub events: Vec<usize>,
     /// Largest z of anything at the last look, with what it belongs to.
     pub best_left: f64,
 }
@@ -87,6 +93,36 @@ impl Ladder {
         self.response.residual.iter().map(|r| rms(r)).collect()
     }
 
+    /// The same parts on other data.
+    pub fn on(&self, data: Data) -> Result<Self> {
+        let mut parts = self.parts.clone();
+        let mut data = data;
+        if parts.need_torque() {
+            for (new, old) in data.runs.iter_mut().zip(&self.data.runs) {
+                new.model.clone_from(&old.model);
+            }
+        }
+        parts.rebuild(&data, false)?;
+        let present = Present::new(&data, parts.columns());
+        let response = present.respond(&data, data.tau.clone());
+        Ok(Self {
+            data,
+            parts,
+            limits: self.limits.clone(),
+            floor: self.floor.clone(),
+            gate: self.gate,
+            flips: self.flips,
+            candidates: Vec::new(),
+            present,
+            response,
+            rungs: self.rungs.clone(),
+            refused: Vec::new(),
+            unknown: Vec::new(),
+            events: self.events.clone(),
+            best_left: 0.0,
+        })
+    }
+
     /// Fits the parts as they are now; effects that depend on the model's torque are rebuilt with it.
     pub fn refit(&mut self) -> Result<()> {
         let rounds = if self.parts.need_torque() { 3 } else { 1 };
@@ -112,6 +148,36 @@ impl Ladder {
     pub fn refresh_candidates(&mut self) -> Result<()> {
         self.refresh_torque()?;
         candidates::fill(&mut self.candidates, &self.data, true);
+        Ok(())
+    }
+
+    /// Looks for a contact before anything else: held-out blocks cannot see what lies inside one of them.
+    pub fn look_for_contact(&mut self, say: &mut dyn FnMut(&str)) -> Result<()> {
+        say("looking for contacts");
+        let Some(contact) = events::contact(&self.data, &self.present, &self.floor)? else { return Ok(()) };
+        say(&format!("contact from {:.2} s to {:.2} s", contact.effect.from_s, contact.effect.to_s));
+        let before = self.rms();
+        let part = Part::found(&self.data, events::boxed(&contact), None, &contact.force)?;
+        let part = self.parts.add(part);
+        self.refit()?;
+        let after = self.rms();
+        let n = self.data.count() as f64;
+        let gained = |j: usize| (before[j] * before[j] - after[j] * after[j]) * n;
+        let gain_of_joint: Vec<f64> = (0..self.data.dof()).map(gained).collect();
+        let mut score = Score::of_gain(gain_of_joint, contact.f.sqrt());
+        let square: f64 = before.iter().map(|r| r * r * n).sum();
+        score.share = score.gain_of_joint.iter().sum::<f64>() / square.max(1e-300);
+        let usefulness = self.usefulness(None, &score);
+        self.events.push(part);
+        self.rungs.push(Rung {
+            part,
+            score,
+            usefulness,
+            before,
+            after,
+            together: false,
+            also_possible: Vec::new(),
+        });
         Ok(())
     }
 
@@ -193,7 +259,9 @@ impl Ladder {
                 .iter()
                 .enumerate()
                 .filter_map(|(k, p)| Some((k, p.as_ref()?.score(&self.data, &self.present, &response)?)))
-                .filter(|(k, score)| self.worthwhile(self.usefulness(self.candidates[*k].joint, score), score))
+                .filter(|(k, score)| {
+                    self.worthwhile(self.usefulness(self.candidates[*k].joint, score), score)
+                })
                 .map(|(_, score)| score.z)
                 .fold(0.0, f64::max)
         };
@@ -201,7 +269,8 @@ impl Ladder {
         found.sort_by(f64::total_cmp);
         let place = (0.95 * found.len() as f64) as usize;
         let quantile = found.get(place.min(found.len().saturating_sub(1))).copied().unwrap_or(0.0);
-        self.gate = self.limits.least_z.max(quantile);
+        self.flips = quantile;
+        self.gate = quantile.clamp(self.limits.least_z, self.limits.most_z.max(self.limits.least_z));
     }
 
     /// Adds what explains most until nothing passes, or the limit of steps is reached.
@@ -210,7 +279,8 @@ impl Ladder {
             self.refresh_candidates()?;
             let scored = self.scan();
             self.best_left = scored.iter().map(|s| s.score.z).fold(0.0, f64::max);
-            let passing: Vec<&Scored> = scored.iter().filter(|s| self.passes(s.usefulness, &s.score)).collect();
+            let passing: Vec<&Scored> =
+                scored.iter().filter(|s| self.passes(s.usefulness, &s.score)).collect();
             let chosen = passing.first().map(|best| self.simplest_tie(best, &passing));
             // Plain friction first: while that is missing, everything else looks strange.
             let plain = passing.iter().any(|s| self.candidates[s.candidate].order <= PLAIN);
@@ -251,11 +321,12 @@ impl Ladder {
         }
         self.refit()?;
         let after = self.rms();
+        let together = added.len() > 1;
         for (part, step) in added {
             say(&format!("found {}", self.parts.title(part, &self.data.robot)));
             let (before, after) = (before.clone(), after.clone());
             let Addition { score, usefulness, also: also_possible, .. } = step;
-            self.rungs.push(Rung { part, score, usefulness, before, after, also_possible });
+            self.rungs.push(Rung { part, score, usefulness, before, after, together, also_possible });
         }
         Ok(())
     }
@@ -314,7 +385,8 @@ impl Ladder {
     fn family<'s>(&self, chosen: &Scored, passing: &[&'s Scored]) -> Vec<&'s Scored> {
         let own = &self.candidates[chosen.candidate];
         let Some(own_joint) = own.joint else { return Vec::new() };
-        let best_of = |joint: usize| passing.iter().find(|s| self.candidates[s.candidate].joint == Some(joint));
+        let best_of =
+            |joint: usize| passing.iter().find(|s| self.candidates[s.candidate].joint == Some(joint));
         (0..self.data.dof())
             .filter(|&j| j != own_joint)
             .filter_map(best_of)
@@ -343,8 +415,7 @@ impl Ladder {
 
     /// Linear parameters of `effect` fitted to all data together with the model at hand.
     pub fn values(&self, effect: &dyn Effect) -> Result<Vec<f64>> {
-        let own: Vec<Arc<Column>> =
-            self.data.candidate_columns(effect)?.into_iter().map(Arc::new).collect();
+        let own: Vec<Arc<Column>> = self.data.candidate_columns(effect)?.into_iter().map(Arc::new).collect();
         let count = own.len();
         let mut columns = self.parts.columns();
         columns.columns.splice(0..0, own);
@@ -359,6 +430,9 @@ impl Ladder {
             let mut weakest: Option<(usize, f64)> = None;
             for rung in 0..self.rungs.len() {
                 let part = self.rungs[rung].part;
+                if self.events.contains(&part) {
+                    continue;
+                }
                 let (score, usefulness) = self.without(part)?;
                 let needed = score.as_ref().is_some_and(|s| self.passes(usefulness, s));
                 let z = score.map_or(0.0, |s| s.z);
@@ -377,7 +451,8 @@ impl Ladder {
 
     /// What a part is worth now: its score beside all the others.
     pub fn without(&self, part: usize) -> Result<(Option<Score>, f64)> {
-        let present = Present::with_weights(&self.data, self.parts.columns_without(part), &self.present.weights);
+        let present =
+            Present::with_weights(&self.data, self.parts.columns_without(part), &self.present.weights);
         let response = present.respond(&self.data, self.data.tau.clone());
         let own = self.parts.own_columns(part);
         let projection = Projection::new(&self.data, &present, vec![own], 0.0);

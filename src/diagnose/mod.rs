@@ -19,9 +19,12 @@ mod answer;
 mod candidates;
 mod closing;
 mod data;
+mod doubts;
 mod entry;
+mod events;
 mod floor;
 mod ladder;
+mod nested;
 mod normal;
 mod parts;
 mod present;
@@ -33,8 +36,8 @@ mod telling;
 mod unknown;
 
 pub use answer::{
-    Baseline, Diagnosis, Event, First, Inseparable, Joint, Missing, Moved, Parameter, Refused, Region,
-    Signals, Step, Undecided, Unexplained, Validation, Verdict,
+    Baseline, Diagnosis, Event, First, Inseparable, Joint, Missing, Moved, Nested, Parameter, Refused,
+    Region, Signals, Step, Undecided, Unexplained, Validation, Verdict,
 };
 pub use entry::{Outcome, Request, Start, diagnose};
 
@@ -51,6 +54,9 @@ pub struct Limits {
     pub z_without_best: f64,
     /// Two explanations tie when one has this part of the other's gain, and the paired losses do not differ.
     pub tie_gain: f64,
+    /// Sign flips cannot raise the threshold beyond this: where large structure is left in the residual,
+    /// they reach far higher than noise would.
+    pub most_z: f64,
     /// Replicates that calibrate the threshold.
     pub sign_flips: usize,
     /// Most effects that are added.
@@ -69,6 +75,7 @@ impl Default for Limits {
             least_usefulness: 0.1,
             z_without_best: 3.0,
             tie_gain: 0.75,
+            most_z: 6.0,
             sign_flips: 40,
             steps: 40,
             formula: (6.0, 0.20),

@@ -109,6 +109,8 @@ pub(super) struct Parts {
     /// Width of the smoothed sign of each joint [rad/s].
     pub widths: Vec<f64>,
     nuisances: Vec<Arc<Column>>,
+    /// Whether candidates exist in some of the runs only; the effects that were there may then change too.
+    two_logs: bool,
 }
 
 impl Parts {
@@ -116,7 +118,8 @@ impl Parts {
     /// as a nuisance: a sign sharper or softer than the model's must not look like physics.
     pub fn new(data: &Data, effects: Vec<Box<dyn Effect>>, widths: Vec<f64>) -> Result<Self> {
         let parts: Vec<Part> = effects.into_iter().map(|e| Part::given(data, e)).collect::<Result<_>>()?;
-        let mut this = Self { parts, widths, nuisances: Vec::new() };
+        let mut this =
+            Self { parts, widths, nuisances: Vec::new(), two_logs: data.changed.iter().any(|c| !c) };
         this.renew_nuisances(data)?;
         Ok(this)
     }
@@ -207,13 +210,20 @@ impl Parts {
     /// Whether a candidate is part of the model already.
     pub fn has(&self, candidate: &Candidate) -> bool {
         self.live().any(|(_, p)| {
-            p.effect.about().name == candidate.name() && (p.joint == candidate.joint || p.joint.is_none())
+            p.effect.about().name == candidate.name()
+                && (p.joint == candidate.joint || p.joint.is_none())
+                && (p.found || !self.two_logs)
         })
     }
 
     /// The effects, in the order of their columns.
     pub fn effects(&self) -> Vec<Box<dyn Effect>> {
         self.live().map(|(_, p)| p.effect.clone()).collect()
+    }
+
+    /// The effects that act in all runs, in the order of their columns.
+    pub fn shared_effects(&self) -> Vec<Box<dyn Effect>> {
+        self.live().filter(|(_, p)| !(p.found && self.two_logs)).map(|(_, p)| p.effect.clone()).collect()
     }
 
     /// Live parts.
@@ -223,7 +233,7 @@ impl Parts {
 
     /// The same model for everybody else, with its values out of `x`.
     pub fn model(&self, robot: &Robot, x: &[f64]) -> Result<(Model, Vec<f64>)> {
-        let model = Model::new(robot, self.effects())?;
+        let model = Model::new(robot, self.shared_effects())?;
         let values = x[..model.columns.len()].to_vec();
         Ok((model, values))
     }

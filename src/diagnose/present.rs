@@ -234,7 +234,8 @@ impl Present {
 
     /// Fits `y` without each fold.
     pub fn respond(&self, data: &Data, y: Vec<Vec<f64>>) -> Response {
-        let products: Vec<Vec<f64>> = data.fold_ranges.iter().map(|ranges| self.products_of(&y, ranges)).collect();
+        let products: Vec<Vec<f64>> =
+            data.fold_ranges.iter().map(|ranges| self.products_of(&y, ranges)).collect();
         let total = sum(&products);
         let mut residual = y.clone();
         for (fold, ranges) in data.fold_ranges.iter().enumerate() {
@@ -280,4 +281,3 @@ fn gram(columns: &[Arc<Column>], active: &[usize], joint: usize, ranges: &[Range
     }
     gram
 }
-

@@ -53,23 +53,24 @@ pub(super) struct Score {
     pub z: f64,
     /// The same without the one second that helps most.
     pub z_without_best: f64,
-    /// Calibration slope of the prediction, about 1 for a real effect.
-    pub slope: f64,
-    /// Smallest part of a column that is left beside the model.
-    pub surviving: f64,
     /// The alternative that most folds chose.
     pub alternative: usize,
+}
+
+impl Score {
+    /// A score for what was found in another way than by held-out blocks.
+    pub fn of_gain(gain_of_joint: Vec<f64>, z: f64) -> Self {
+        let gain = gain_of_joint.iter().sum();
+        Self { effect: Vec::new(), gain, share: 0.0, gain_of_joint, z, z_without_best: z, alternative: 0 }
+    }
 }
 
 impl Projection {
     /// Projects all alternatives; `ridge` is a part of each column's own size.
     pub fn new(data: &Data, present: &Present, alternatives: Vec<Vec<Arc<Column>>>, ridge: f64) -> Self {
-        Self { alternatives: alternatives.into_iter().map(|c| Projected::new(data, present, c, ridge)).collect() }
-    }
-
-    /// Largest surviving part of any alternative.
-    pub fn surviving(&self) -> f64 {
-        self.alternatives.iter().map(|a| a.surviving).fold(0.0, f64::max)
+        Self {
+            alternatives: alternatives.into_iter().map(|c| Projected::new(data, present, c, ridge)).collect(),
+        }
     }
 
     /// Scores it against a response; `None` where it cannot be told from the model.
@@ -97,7 +98,6 @@ impl Projection {
         let alternative = votes.iter().position(|&v| v == most)?;
         let mut score = judge(data, present, &response.residual, effect);
         score.alternative = alternative;
-        score.surviving = self.alternatives[alternative].surviving;
         Some(score)
     }
 
@@ -213,9 +213,8 @@ impl Crosses {
                             this.model[i][c] += w * dot;
                         }
                     });
-                    let others: Vec<(usize, &[f64])> = (0..=i)
-                        .filter_map(|k| Some((k, &columns[k].part(*joint)?[range.clone()])))
-                        .collect();
+                    let others: Vec<(usize, &[f64])> =
+                        (0..=i).filter_map(|k| Some((k, &columns[k].part(*joint)?[range.clone()]))).collect();
                     let mut places = others.iter();
                     dots(mine, others.iter().map(|(_, rows)| *rows), |dot| {
                         if let Some(&(k, _)) = places.next() {
@@ -303,32 +302,22 @@ pub(super) fn judge(data: &Data, present: &Present, residual: &[Vec<f64>], effec
     }
     let (fr, ff): (f64, f64) = (cross.iter().sum(), own.iter().sum());
     let gain = 2.0 * fr - ff;
-    let (z, slope) = autocorrelated_z(data, &cross, &own);
+    let z = autocorrelated_z(data, &cross, &own);
     let without = without_best_second(data, &cross, &own);
     let share = if error > 0.0 { gain / error } else { 0.0 };
-    Score {
-        effect,
-        gain,
-        share,
-        gain_of_joint,
-        z,
-        z_without_best: without,
-        slope,
-        surviving: 1.0,
-        alternative: 0,
-    }
+    Score { effect, gain, share, gain_of_joint, z, z_without_best: without, alternative: 0 }
 }
 
-/// `sum(f r) / sd(sum(f r))` with a Newey-West variance of bandwidth 1 s, and the calibration slope.
-fn autocorrelated_z(data: &Data, cross: &[f64], own: &[f64]) -> (f64, f64) {
+/// `sum(f r) / sd(sum(f r))` with a Newey-West variance of bandwidth 1 s.
+fn autocorrelated_z(data: &Data, cross: &[f64], own: &[f64]) -> f64 {
     let (fr, ff): (f64, f64) = (cross.iter().sum(), own.iter().sum());
     if !(ff > 0.0) {
-        return (0.0, 0.0);
+        return 0.0;
     }
     let slope = fr / ff;
     let u: Vec<f64> = cross.iter().zip(own).map(|(a, b)| a - slope * b).collect();
     let variance = long_run_variance(data, &u);
-    (if variance > 0.0 { fr / variance.sqrt() } else { 0.0 }, slope)
+    if variance > 0.0 { fr / variance.sqrt() } else { 0.0 }
 }
 
 /// Newey-West variance of the sum of a series over all runs, at least a quarter of the white one.
@@ -357,5 +346,5 @@ fn without_best_second(data: &Data, cross: &[f64], own: &[f64]) -> f64 {
     let drop = |x: &[f64]| -> Vec<f64> {
         x.iter().zip(&seconds).map(|(x, s)| if Some(*s) == best { 0.0 } else { *x }).collect()
     };
-    autocorrelated_z(data, &drop(cross), &drop(own)).0
+    autocorrelated_z(data, &drop(cross), &drop(own))
 }

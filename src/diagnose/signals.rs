@@ -81,7 +81,9 @@ impl Choice<'_> {
     fn sign(&self, settings: Settings, folds: &Folds) -> Result<(Settings, Vec<f64>)> {
         let mut choices = vec![settings.friction_cutoff_hz];
         if self.free && settings.friction_cutoff_hz.is_none() {
-            choices.extend(FRICTION_HZ.iter().filter(|hz| **hz > settings.position_cutoff_hz).map(|hz| Some(*hz)));
+            choices.extend(
+                FRICTION_HZ.iter().filter(|hz| **hz > settings.position_cutoff_hz).map(|hz| Some(*hz)),
+            );
         }
         let dof = self.robot.dof();
         let mut best: Option<(f64, Settings, Vec<f64>)> = None;

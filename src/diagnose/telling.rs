@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::DMatrix;
 
 use super::answer::{
-    Baseline, Diagnosis, First, Joint, Missing, Moved, Parameter, Refused, Signals, Step, Undecided,
+    Baseline, Diagnosis, Event, First, Joint, Missing, Moved, Parameter, Refused, Signals, Step, Undecided,
     Unexplained,
 };
 use super::ladder::{Ladder, Rung};
@@ -32,12 +32,22 @@ pub(super) struct Base {
 }
 
 impl Base {
-    pub fn of(ladder: &Ladder) -> Result<Self> {
+    /// Of the model at hand; with the robot file's own inertias, unfitted, when `given`.
+    pub fn of(ladder: &Ladder, given: bool) -> Result<Self> {
         let effects = ladder.parts.effects();
         let x = ladder.present.fit(&ladder.data.tau);
         let (model, x) = ladder.parts.model(&ladder.data.robot, &x)?;
         let names = model.columns.iter().map(|c| (c.expression.clone(), c.about.unit)).collect();
-        Ok(Self { effects, x, residual: ladder.response.residual.clone(), names })
+        let mut residual = ladder.response.residual.clone();
+        let mut x = x;
+        if given && let Some(base) = &model.base {
+            let data = &ladder.data;
+            x = base.coefficients(&data.robot.inertial_parameters()?);
+            let mut full = x.clone();
+            full.resize(ladder.present.width(), 0.0);
+            residual = ladder.present.residual_of(&data.tau, &full);
+        }
+        Ok(Self { effects, x, residual, names })
     }
 }
 
@@ -79,12 +89,14 @@ impl Telling<'_> {
             minor,
             unexplained: self.unexplained(),
             refused: self.refused(),
-            inseparable: Vec::new(),
+            inseparable: super::doubts::inseparable(self.ladder),
             regions: regions::find(&self.ladder.data, &self.base.residual),
-            events: Vec::new(),
+            events: self.events()?,
             moved: self.moved()?,
             ladder: self.steps(),
             validation: None,
+            nested: None,
+            gate: [self.ladder.gate, self.ladder.flips],
             stop_reason: self.stop_reason(),
             timing: BTreeMap::new(),
             undecided: self.undecided,
@@ -172,6 +184,7 @@ impl Telling<'_> {
             .ladder
             .rungs
             .iter()
+            .filter(|rung| self.ladder.parts.joint(rung.part).is_none_or(|j| j == worst))
             .filter(|rung| part(rung) >= CAUSE * excess[worst])
             .max_by(|a, b| part(a).total_cmp(&part(b)));
         Some(First {
@@ -205,7 +218,8 @@ impl Telling<'_> {
         let part = self.ladder.parts.get(rung.part);
         let about = part.effect.about();
         let changed = |j: &usize| {
-            part.joint == Some(*j) || (rung.before[*j] - rung.after[*j]).abs() > 0.02 * rung.before[*j]
+            let moved = (rung.before[*j] - rung.after[*j]).abs() > 0.02 * rung.before[*j];
+            part.joint == Some(*j) || (!rung.together && moved)
         };
         let joints: Vec<usize> = (0..self.ladder.data.dof()).filter(changed).collect();
         Ok(Missing {
@@ -218,14 +232,16 @@ impl Telling<'_> {
             held_out_rms: joints.iter().map(|&j| (self.name(j), [rung.before[j], rung.after[j]])).collect(),
             also_possible: rung.also_possible.clone(),
             place: self.place(rung),
-            remainder: None,
+            remainder: part.joint.and_then(|j| super::doubts::remainder(self.ladder, j)),
         })
     }
 
     /// Where in the data the effect helps most.
     fn place(&self, rung: &Rung) -> String {
         let data = &self.ladder.data;
-        let Some(joint) = self.ladder.parts.joint(rung.part) else { return "the whole robot".to_string() };
+        let Some(joint) = self.ladder.parts.joint(rung.part).filter(|_| !rung.score.effect.is_empty()) else {
+            return "the whole robot".to_string();
+        };
         let (f, r) = (&rung.score.effect[joint], &self.base.residual[joint]);
         let gains: Vec<f64> = f.iter().zip(r).map(|(f, r)| 2.0 * f * r - f * f).collect();
         let total: f64 = gains.iter().sum();
@@ -259,6 +275,20 @@ impl Telling<'_> {
                 standard_error: d.standard_error.and_then(finite),
             })
             .collect())
+    }
+
+    fn events(&self) -> Result<Vec<Event>> {
+        let ladder = self.ladder;
+        let mut all = Vec::new();
+        for &part in &ladder.events {
+            let Some(rows) = ladder.data.rows.first() else { continue };
+            let (from, to) = ladder.parts.get(part).effect.interval().unwrap_or((rows.start, rows.start));
+            let x = ladder.present.fit(&ladder.data.tau);
+            let force = &x[ladder.parts.place(part)];
+            let force_n = [force[0], force[1], force[2]];
+            all.push(Event { kind: "contact_force", from_s: from, to_s: to, force_n });
+        }
+        Ok(all)
     }
 
     fn is_formula(&self, part: usize) -> bool {
@@ -318,8 +348,7 @@ impl Telling<'_> {
         let joints = |parts: &[usize]| -> Vec<String> {
             parts.iter().filter_map(|&p| self.ladder.parts.joint(p)).map(|j| self.name(j)).collect()
         };
-        let mut all: Vec<Step> =
-            self.added.iter().map(|a| step(&a.name, joints(&a.parts), &a.rms)).collect();
+        let mut all: Vec<Step> = self.added.iter().map(|a| step(&a.name, joints(&a.parts), &a.rms)).collect();
         if self.auto {
             all.extend(self.ladder.rungs.iter().map(|r| {
                 let name = self.ladder.parts.get(r.part).effect.about().name;

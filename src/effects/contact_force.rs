@@ -120,6 +120,10 @@ impl Effect for ContactForce {
         Box::new(self.clone())
     }
 
+    fn interval(&self) -> Option<(f64, f64)> {
+        Some((self.from_s, self.to_s))
+    }
+
     fn undecidable(&self, _robot: &Robot, runs: &[crate::signals::Run]) -> Option<String> {
         let here = |run: &crate::signals::Run| {
             let end = run.start + run.samples() as f64 * run.dt;

@@ -228,8 +228,11 @@ impl Effect for Formula {
         let kind = kind.split([' ', '{']).next().unwrap_or_default().to_lowercase();
         let own = format!("{:?}", self.own).to_lowercase();
         let stem = format!("c{}_{own}_{kind}_{}{}", joint + 1, self.variable, numbers.join("_"));
-        let symbol = |k: usize| if self.terms_of_shape() == 2 { format!("{stem}_{}", k + 1) } else { stem.clone() };
-        Ok((0..self.terms_of_shape()).map(|k| Term { symbol: symbol(k), unit: "N m", joints: vec![joint] }).collect())
+        let symbol =
+            |k: usize| if self.terms_of_shape() == 2 { format!("{stem}_{}", k + 1) } else { stem.clone() };
+        Ok((0..self.terms_of_shape())
+            .map(|k| Term { symbol: symbol(k), unit: "N m", joints: vec![joint] })
+            .collect())
     }
 
     fn columns(&self, at: &Stretch<'_>, out: &mut Columns<'_>) -> Result<()> {

@@ -10,9 +10,9 @@ mod base_tilt;
 mod catalogue;
 mod contact_force;
 mod coulomb_friction;
-mod formula;
 mod coupled_friction;
 mod derivative;
+mod formula;
 mod friction_drift;
 mod joint_elasticity;
 mod joint_spring;
@@ -42,8 +42,8 @@ pub use base_tilt::BaseTilt;
 pub use catalogue::{CATALOGUE, Entry};
 pub use contact_force::ContactForce;
 pub use coulomb_friction::CoulombFriction;
-pub use formula::{Curve, Formula, Own};
 pub use coupled_friction::CoupledFriction;
+pub use formula::{Curve, Formula, Own};
 pub use friction_drift::{Course, FrictionDrift};
 pub use joint_elasticity::JointElasticity;
 pub use joint_spring::JointSpring;
@@ -243,6 +243,11 @@ pub trait Effect: Debug + Send + Sync {
 
     /// Why these runs cannot show the effect, whatever the fit says, or `None` where they can.
     fn undecidable(&self, _robot: &Robot, _runs: &[Run]) -> Option<String> {
+        None
+    }
+
+    /// The times between which it acts \[s\], on the log's clock; `None` where it always does.
+    fn interval(&self) -> Option<(f64, f64)> {
         None
     }
 

@@ -17,6 +17,7 @@ pub fn diagnosis_text(d: &Diagnosis) -> String {
     text += &unexplained(d);
     text += &ladder(d);
     text += &validation(d);
+    text += &nested(d);
     text += &where_it_fails(d);
     text += &also(d);
     text += &format!("\n{}\n", signals(d));
@@ -117,7 +118,8 @@ fn ladder(d: &Diagnosis) -> String {
     text += &format!("  {:>9}  start\n", percent(d.baseline.held_out_relative_error_percent));
     for step in &d.ladder {
         let joints = step.joints.join(", ");
-        text += &format!("  {:>9}  + {} {joints}\n", percent(step.held_out_relative_error_percent), step.effect);
+        text +=
+            &format!("  {:>9}  + {} {joints}\n", percent(step.held_out_relative_error_percent), step.effect);
     }
     text
 }
@@ -132,6 +134,21 @@ fn validation(d: &Diagnosis) -> String {
     );
     for (joint, [before, after]) in &v.rms {
         text += &format!("      {joint}: {before:.4} -> {after:.4}\n");
+    }
+    text
+}
+
+fn nested(d: &Diagnosis) -> String {
+    let Some(n) = &d.nested else { return String::new() };
+    let percent = |p: Option<f64>| p.map_or("-".to_string(), |p| format!("{p:.3} %"));
+    let mut text = format!(
+        "\neffects chosen before {} s, scored on the rest: {} -> {}\n",
+        n.until_s,
+        percent(n.before_relative_error_percent),
+        percent(n.after_relative_error_percent)
+    );
+    for line in wrap(&n.effects.join(", "), 72) {
+        text += &format!("      {line}\n");
     }
     text
 }
