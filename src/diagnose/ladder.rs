@@ -123,6 +123,13 @@ impl Ladder {
         })
     }
 
+    /// Held-out rms of each joint when some parts are left out.
+    pub fn rms_without(&self, parts: &[usize]) -> Vec<f64> {
+        let present = Present::new(&self.data, self.parts.columns_without(parts));
+        let response = present.respond(&self.data, self.data.tau.clone());
+        response.residual.iter().map(|r| rms(r)).collect()
+    }
+
     /// Fits the parts as they are now; effects that depend on the model's torque are rebuilt with it.
     pub fn refit(&mut self) -> Result<()> {
         let rounds = if self.parts.need_torque() { 3 } else { 1 };
@@ -452,7 +459,7 @@ impl Ladder {
     /// What a part is worth now: its score beside all the others.
     pub fn without(&self, part: usize) -> Result<(Option<Score>, f64)> {
         let present =
-            Present::with_weights(&self.data, self.parts.columns_without(part), &self.present.weights);
+            Present::with_weights(&self.data, self.parts.columns_without(&[part]), &self.present.weights);
         let response = present.respond(&self.data, self.data.tau.clone());
         let own = self.parts.own_columns(part);
         let projection = Projection::new(&self.data, &present, vec![own], 0.0);

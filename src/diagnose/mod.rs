@@ -54,8 +54,8 @@ pub struct Limits {
     pub z_without_best: f64,
     /// Two explanations tie when one has this part of the other's gain, and the paired losses do not differ.
     pub tie_gain: f64,
-    /// Sign flips cannot raise the threshold beyond this: where large structure is left in the residual,
-    /// they reach far higher than noise would.
+    /// Sign flips cannot raise the threshold beyond this, the most that they reach on pure noise: where large
+    /// structure is left in the residual they reach far higher.
     pub most_z: f64,
     /// Replicates that calibrate the threshold.
     pub sign_flips: usize,
@@ -75,7 +75,7 @@ impl Default for Limits {
             least_usefulness: 0.1,
             z_without_best: 3.0,
             tie_gain: 0.75,
-            most_z: 6.0,
+            most_z: 5.3,
             sign_flips: 40,
             steps: 40,
             formula: (6.0, 0.20),

@@ -184,12 +184,12 @@ impl Parts {
 
     /// All columns: effects first, then slopes, then nuisances.
     pub fn columns(&self) -> Columns {
-        self.columns_without(usize::MAX)
+        self.columns_without(&[])
     }
 
-    /// All columns but those of one part.
-    pub fn columns_without(&self, part: usize) -> Columns {
-        let kept = || self.live().filter(move |(k, _)| *k != part).map(|(_, p)| p);
+    /// All columns but those of some parts.
+    pub fn columns_without(&self, parts: &[usize]) -> Columns {
+        let kept = || self.live().filter(move |(k, _)| !parts.contains(k)).map(|(_, p)| p);
         let effects = kept().flat_map(|p| p.columns.iter().cloned());
         let slopes = kept().flat_map(|p| p.slopes.iter().cloned());
         let columns = effects.chain(slopes).chain(self.nuisances.iter().cloned()).collect();

@@ -16,8 +16,9 @@ use crate::effects::Effect;
 use crate::error::Result;
 use crate::report::finite;
 
-/// Effects that gain less than this part of the largest one are minor.
-const MINOR: f64 = 0.05;
+/// Effects that gain less than this part of what is still unexplained on a joint, or of the largest gain, are
+/// minor.
+const MINOR: [f64; 2] = [0.05, 0.01];
 /// A cause must explain this part of the worst joint's reducible error.
 const CAUSE: f64 = 0.25;
 /// Parameters that moved by more standard errors than this are listed.
@@ -202,10 +203,12 @@ impl Telling<'_> {
         let largest = self.ladder.rungs.iter().map(|r| r.usefulness).fold(0.0, f64::max);
         let mut order: Vec<&Rung> = self.ladder.rungs.iter().collect();
         order.sort_by(|a, b| b.usefulness.total_cmp(&a.usefulness));
+        let unexplained = self.ladder.excess().into_iter().fold(0.0, f64::max);
+        let least = (MINOR[0] * unexplained).max(MINOR[1] * largest);
         let (mut missing, mut minor): (Vec<Missing>, Vec<Missing>) = (Vec::new(), Vec::new());
         for rung in order.into_iter().filter(|r| !self.is_formula(r.part)) {
             let entry = self.entry(rung)?;
-            let list = if rung.usefulness < MINOR * largest { &mut minor } else { &mut missing };
+            let list = if rung.usefulness < least { &mut minor } else { &mut missing };
             match list.iter_mut().find(|m| m.effect == entry.effect && !m.joints.is_empty()) {
                 Some(known) if !entry.joints.is_empty() => merge(known, entry),
                 _ => list.push(entry),
@@ -350,10 +353,13 @@ impl Telling<'_> {
         };
         let mut all: Vec<Step> = self.added.iter().map(|a| step(&a.name, joints(&a.parts), &a.rms)).collect();
         if self.auto {
-            all.extend(self.ladder.rungs.iter().map(|r| {
-                let name = self.ladder.parts.get(r.part).effect.about().name;
-                step(name, joints(&[r.part]), &r.after)
-            }));
+            let rungs: Vec<usize> = self.ladder.rungs.iter().map(|r| r.part).collect();
+            for (k, &part) in rungs.iter().enumerate() {
+                // Fitted again with what stayed in the end, so that the rungs belong to one ladder.
+                let after = self.ladder.rms_without(&rungs[k + 1..]);
+                let name = self.ladder.parts.get(part).effect.about().name;
+                all.push(step(name, joints(&[part]), &after));
+            }
         }
         all
     }
