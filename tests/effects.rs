@@ -16,5 +16,9 @@ mod local;
 mod motion;
 #[path = "effects/presliding.rs"]
 mod presliding;
+#[path = "effects/recovered.rs"]
+mod recovered;
 #[path = "effects/settled.rs"]
 mod settled;
+#[path = "effects/study.rs"]
+mod study;
