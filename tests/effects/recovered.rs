@@ -18,14 +18,14 @@ use crate::common::robot;
 const VISCOUS: f64 = 0.7;
 const OFFSET: f64 = 0.3;
 
-fn plant(robot: &Robot) -> Plant {
+pub fn plant(robot: &Robot) -> Plant {
     Plant::new(robot.clone())
         .expect("has inertias")
         .with_effect(plant::ViscousFriction { coefficients: PerJoint::all(VISCOUS) })
         .with_effect(plant::TorqueOffset { offsets: PerJoint::all(OFFSET) })
 }
 
-fn truth(plant: &Plant, robot: &Robot) -> Truth {
+pub fn truth(plant: &Plant, robot: &Robot) -> Truth {
     let motion = FourierMotion::random(robot, 11, 5, 6.0, 0.7).expect("limits are known");
     plant.simulate(&motion, 8.0, 1).expect("simulates").truth
 }
@@ -46,15 +46,15 @@ fn run(truth: &Truth) -> Run {
     }
 }
 
-/// Values of the effect's parameters in a joint fit with everything else.
-fn found(robot: &Robot, truth: &Truth, effect: impl Effect + 'static) -> Vec<f64> {
-    let count = effect.terms(robot).expect("fits the robot").len();
-    let effects: Vec<Box<dyn Effect>> = vec![
+/// Values of the last effect's parameters in a joint fit with rigid body, viscous friction and offset.
+pub fn found(robot: &Robot, truth: &Truth, extra: Vec<Box<dyn Effect>>) -> Vec<f64> {
+    let count = extra.last().expect("an effect").terms(robot).expect("fits the robot").len();
+    let mut effects: Vec<Box<dyn Effect>> = vec![
         Box::new(RigidBody::default()),
         Box::new(ViscousFriction::default()),
         Box::new(TorqueOffset::default()),
-        Box::new(effect),
     ];
+    effects.extend(extra);
     let model = Model::new(robot, effects).expect("fits the robot");
     let mut runs = vec![run(truth)];
     let folds = Folds { fold: vec![0; runs[0].rows().count], count: 1, description: String::new() };
@@ -78,7 +78,7 @@ fn a_wrong_zero() {
     let mut truth = truth(&plant(&robot), &robot);
     // The sensor shows 5 mrad too little.
     truth.q[3].iter_mut().for_each(|q| *q -= 0.005);
-    near(found(&robot, &truth, JointZeroError { joints: joint(4) })[0], 0.005, 0.03);
+    near(found(&robot, &truth, vec![Box::new(JointZeroError { joints: joint(4) })])[0], 0.005, 0.03);
 }
 
 #[test]
@@ -88,7 +88,7 @@ fn a_leaning_base() {
     let size = robot.gravity.norm();
     let leaning = robot.clone().with_gravity(robot.gravity + Vector3::new(x, y, 0.0) * size);
     let truth = truth(&plant(&leaning), &robot);
-    let values = found(&robot, &truth, BaseTilt {});
+    let values = found(&robot, &truth, vec![Box::new(BaseTilt {})]);
     near(values[0], x, 0.05);
     near(values[1], y, 0.05);
 }
@@ -103,7 +103,7 @@ fn a_late_torque() {
         let first = tau[late];
         tau[..late].fill(first);
     }
-    near(found(&robot, &truth, TimeDelay::default())[0], late as f64 * dt, 0.03);
+    near(found(&robot, &truth, vec![Box::new(TimeDelay::default())])[0], late as f64 * dt, 0.03);
 }
 
 #[test]
@@ -122,7 +122,7 @@ fn a_yielding_gear() {
         truth.dq[j][k] += rate[k];
         truth.ddq[j][k] += bend[k];
     }
-    near(found(&robot, &truth, JointElasticity { joints: joint(4) })[0], compliance, 0.05);
+    near(found(&robot, &truth, vec![Box::new(JointElasticity { joints: joint(4) })])[0], compliance, 0.05);
 }
 
 #[test]
@@ -131,5 +131,5 @@ fn rotors() {
     let with = plant(&robot)
         .with_effect(plant::RotorInertia { inertias: [0.0, 0.0, 0.0, 0.0, 0.12, 0.0, 0.0].into() });
     let truth = truth(&with, &robot);
-    near(found(&robot, &truth, RotorInertia { joints: joint(5) })[0], 0.12, 1e-4);
+    near(found(&robot, &truth, vec![Box::new(RotorInertia { joints: joint(5) })])[0], 0.12, 1e-4);
 }
