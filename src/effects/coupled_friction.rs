@@ -62,7 +62,8 @@ impl CoupledFriction {
 
     /// Indices of the joint that feels it and of the one that makes it.
     fn pair(&self, robot: &Robot) -> Result<(usize, usize)> {
-        let one = |name: &String| Ok(Joints::Only(vec![name.clone()]).indices(robot)?[0]);
+        let one =
+            |name: &String| -> Result<usize> { Ok(Joints::Only(vec![name.clone()]).indices(robot)?[0]) };
         let (joint, from) = (one(&self.joint)?, one(&self.from)?);
         if joint == from {
             return Err(Error::new("coupled_friction of a joint with itself")

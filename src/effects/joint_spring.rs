@@ -11,7 +11,7 @@ use crate::robot::Robot;
 pub struct JointSpring {
     /// Joints it acts on.
     pub joints: Joints,
-    /// Position at which it pulls neither way [rad]; another one is the same spring with a torque_offset.
+    /// Position at which it pulls neither way \[rad\]; another one is the same spring with a torque_offset.
     pub reference: f64,
 }
 

@@ -1,8 +1,8 @@
 use serde::{Deserialize, Serialize};
 
-use super::parts::{fill_with, positive, sign};
+use super::parts::{fill_with, sign};
 use super::{About, Columns, Effect, Joints, Stretch, Term};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::robot::Robot;
 
 /// Friction that grows faster or slower than in proportion to speed.
@@ -52,7 +52,10 @@ impl Effect for NonlinearViscousFriction {
     }
 
     fn terms(&self, robot: &Robot) -> Result<Vec<Term>> {
-        positive("nonlinear_viscous_friction", "exponent", self.exponent)?;
+        if !(1.0..=6.0).contains(&self.exponent) {
+            let what = format!("`exponent` of nonlinear_viscous_friction is {}", self.exponent);
+            return Err(Error::new(what).help("give a number from 1 to 6; 2 and 3 are usual"));
+        }
         self.joints.terms(robot, &format!("f{}_", self.exponent), "N m (s/rad)^exponent")
     }
 
