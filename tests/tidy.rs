@@ -87,6 +87,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("form", vec![]),
         ("retrieval", vec!["space", "form", "random"]),
         ("constraints", vec!["space", "form", "retrieval", "robot"]),
+        ("export", vec!["identify", "model_file", "robot"]),
         ("report", vec!["identify", "retrieval", "robot"]),
         (
             "scenario",

@@ -4,6 +4,7 @@ mod check;
 mod compare;
 mod console;
 mod dynamics;
+mod export;
 mod list;
 mod scenario;
 mod simulate;
@@ -38,7 +39,7 @@ struct Global {
     /// Number of threads; results do not depend on it.
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// Folder for results.
+    /// Folder for results; for `export` the file to write.
     #[arg(long, global = true, value_name = "DIR")]
     out: Option<PathBuf>,
     /// No progress on stderr.
@@ -83,6 +84,8 @@ enum Command {
         /// One of them, to explain.
         name: Option<String>,
     },
+    /// Write identified parameters for other tools: URDF, MJCF, JSON.
+    Export(export::Export),
     /// Inverse dynamics with the robot file's own inertias, as CSV on stdout.
     Dynamics(dynamics::Dynamics),
     /// Make measurements of a described plant: hidden effects, controller, sensors, noise.
@@ -104,6 +107,7 @@ pub(crate) fn run() -> ExitCode {
         }
         Command::Check(check) => check.run(&arguments.global),
         Command::List { what, name } => list::run(&what, name.as_deref(), &arguments.global),
+        Command::Export(export) => export.run(&arguments.global),
         Command::Dynamics(dynamics) => dynamics.run(&arguments.global),
         Command::Simulate { file } => simulate::run(&file, &arguments.global, &console),
     });
@@ -120,10 +124,9 @@ pub(crate) fn run() -> ExitCode {
 
 fn prepare(global: &Global) -> Result<()> {
     if let Some(jobs) = global.jobs {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(usize::from(jobs))
-            .build_global()
-            .map_err(|e| Error::new(format!("cannot start {jobs} threads: {e}")))?;
+        rayon::ThreadPoolBuilder::new().num_threads(usize::from(jobs)).build_global().map_err(|e| {
+            Error::new(format!("cannot start {jobs} threads: {e}")).help("give --jobs fewer, or leave it out")
+        })?;
     }
     Ok(())
 }
@@ -134,10 +137,10 @@ fn open_robot(path: &std::path::Path, gravity: Option<&str>) -> Result<lacuna::r
     let Some(text) = gravity else { return Ok(robot) };
     let numbers: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
     match numbers.as_slice() {
-        [x, y, z] if text.split(',').count() == 3 && numbers.iter().all(|g: &f64| g.is_finite()) => {
+        [x, y, z] if text.split(',').count() == 3 && numbers.iter().all(|g: &f64| g.abs() <= 1e6) => {
             Ok(robot.with_gravity(nalgebra::Vector3::new(*x, *y, *z)))
         }
-        _ => Err(Error::new(format!("--gravity {text}: not three numbers"))
+        _ => Err(Error::new(format!("--gravity \"{text}\" is not three usable numbers"))
             .help("write for example --gravity 0,0,-9.81 [m/s², base frame]")),
     }
 }
