@@ -77,6 +77,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
                 "robot",
                 "scenario",
                 "signals",
+                "simulate",
                 "study",
                 "constraints",
                 "random",

@@ -55,9 +55,7 @@ impl Implicit {
         let n = self.grown.len();
         equation.torques(t, state, &mut self.rate_own);
         self.linearise(t, h, state, equation);
-        for j in 0..n {
-            self.k1[j] = state[n + j];
-        }
+        self.k1[..n].copy_from_slice(&state[n..2 * n]);
         self.k1[2 * n..].copy_from_slice(&self.rate_own);
         self.force.copy_from_slice(&equation.net);
         solve(&mut self.k1, &mut self.force, state, h, &self.grown, &self.slopes, equation, None);

@@ -167,6 +167,15 @@ impl Plant {
             return Err(Error::new("no integration steps between two samples")
                 .help("give at least one in `sub_steps`, or leave it out"));
         }
+        self.check_settings(effects)
+    }
+
+    /// Refuses settings of controller, sensors and `effects` that do not fit the robot.
+    ///
+    /// # Errors
+    /// As said.
+    pub fn check_settings(&self, effects: &[&dyn PlantEffect]) -> Result<()> {
+        let n = self.robot.dof();
         effects.iter().try_for_each(|effect| effect.check(n))?;
         self.controller.check(n)?;
         self.sensors.check(n)

@@ -88,8 +88,9 @@ impl Experiment {
     /// # Errors
     /// With file, line and column, and what is known there.
     pub fn open(path: &Path) -> Result<Self> {
-        let experiment: Self = text::from_ron(&text::read(path)?).map_err(|e| e.in_file(path))?;
-        experiment.check().map_err(|e| e.in_file(path))?;
+        let written = text::read(path)?;
+        let experiment: Self = text::from_ron(&written).map_err(|e| e.in_file(path))?;
+        experiment.check().map_err(|e| text::located(e, &written).in_file(path))?;
         Ok(experiment)
     }
 

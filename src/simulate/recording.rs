@@ -74,31 +74,45 @@ impl<'a> TruthOfLog<'a> {
     }
 }
 
+/// Reads the experiment file at `path` and builds its plant, which takes the effects that all logs have; seeds
+/// are filled in, `seed` replaces the file's.
+///
+/// # Errors
+/// When a file cannot be read, or a setting does not fit the robot.
+pub fn open(path: &Path, seed: Option<u64>) -> Result<(Experiment, Plant)> {
+    let mut experiment = Experiment::open(path)?;
+    experiment.seed = seed.unwrap_or(experiment.seed);
+    for (i, log) in experiment.logs.iter_mut().enumerate() {
+        log.seed = Some(log.seed.unwrap_or(experiment.seed.wrapping_add(i as u64)));
+    }
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let mut robot = Robot::open(folder.join(&experiment.robot))?;
+    if let Some(gravity) = experiment.gravity {
+        robot = robot.with_gravity(gravity.into());
+    }
+    let parameters = parameters(&experiment, &robot).map_err(|e| text::placed(e, path))?;
+    let mut plant = Plant::with_parameters(robot, parameters);
+    plant.effects = std::mem::take(&mut experiment.effects);
+    plant.controller = experiment.controller.clone();
+    plant.sensors = experiment.sensors.clone();
+    plant.method = experiment.method;
+    let all = plant.effects.iter().chain(experiment.logs.iter().flat_map(|log| &log.effects));
+    let all: Vec<&dyn PlantEffect> = all.map(AsRef::as_ref).collect();
+    plant.check_settings(&all).map_err(|e| text::placed(e, path))?;
+    Ok((experiment, plant))
+}
+
 /// Records all logs that the experiment file at `path` describes; `seed` replaces the file's. Logs are simulated
 /// in parallel; the result does not depend on the number of threads.
 ///
 /// # Errors
 /// When a file cannot be used, or a simulation fails; the message names the log.
 pub fn run(path: &Path, seed: Option<u64>) -> Result<Outcome> {
-    let mut experiment = Experiment::open(path)?;
-    experiment.seed = seed.unwrap_or(experiment.seed);
-    let folder = path.parent().unwrap_or(Path::new("."));
-    let mut robot = Robot::open(folder.join(&experiment.robot))?;
-    if let Some(gravity) = experiment.gravity {
-        robot = robot.with_gravity(gravity.into());
-    }
-    let parameters = parameters(&experiment, &robot).map_err(|e| e.in_file(path))?;
-    for (i, log) in experiment.logs.iter_mut().enumerate() {
-        log.seed = Some(log.seed.unwrap_or(experiment.seed.wrapping_add(i as u64)));
-    }
-    let mut plant = Plant::with_parameters(robot, parameters);
-    plant.effects = std::mem::take(&mut experiment.effects);
-    plant.controller = experiment.controller.clone();
-    plant.sensors = experiment.sensors.clone();
-    plant.method = experiment.method;
+    let (experiment, plant) = open(path, seed)?;
     let simulate = |i: usize| {
         let name = &experiment.logs[i].name;
-        record(&plant, &experiment.logs[i]).map_err(|e| e.within(&format!("log `{name}`")).in_file(path))
+        record(&plant, &experiment.logs[i])
+            .map_err(|e| text::placed(e.within(&format!("log `{name}`")), path))
     };
     let logs = (0..experiment.logs.len()).into_par_iter().map(simulate).collect::<Result<_>>()?;
     Ok(Outcome { experiment, plant, logs })

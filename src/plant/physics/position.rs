@@ -38,7 +38,7 @@ impl PlantEffect for JointSpring {
 pub struct TorqueRipple {
     /// Amplitude [N m, N].
     pub amplitudes: PerJoint,
-    /// Periods per turn [1/rad times 2 pi, that is: a plain number for a revolute joint].
+    /// Periods per turn.
     pub harmonics: PerJoint,
     /// Phase \[rad\].
     #[serde(default)]

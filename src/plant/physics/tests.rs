@@ -191,8 +191,8 @@ fn a_push_is_the_gradient_of_its_work() {
         let slope = (work(&high) - work(&low)) / 2e-6;
         assert!((got[j] + slope).abs() < 1e-7, "joint {}: {} {slope}", j + 1, got[j]);
     }
-    assert_eq!(load(&effect, 0.9, &[0.0; 7], &[]), [0.0; 7]);
-    assert_eq!(load(&effect, 2.1, &[0.0; 7], &[]), [0.0; 7]);
+    assert!(load(&effect, 0.9, &[0.0; 7], &[]).iter().all(|x| x.abs() <= 0.0));
+    assert!(load(&effect, 2.1, &[0.0; 7], &[]).iter().all(|x| x.abs() <= 0.0));
 }
 
 #[test]

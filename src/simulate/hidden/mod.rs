@@ -103,7 +103,8 @@ pub fn hidden(choices: &[Choice], seed: u64) -> Result<Draw> {
     let ground = Ground::draw(choices, seed);
     let baseline = baseline(&robot, choices);
     let plant = ground.plant(robot.clone())?;
-    let yardstick = Yardstick::new(&plant, &baseline, motion(&robot, seed, 0)?, noise_seed(seed, 0))?;
+    let motions = (0..FIT_LOGS).map(|number| Ok((motion(&robot, seed, number)?, noise_seed(seed, number))));
+    let yardstick = Yardstick::new(&plant, &baseline, motions.collect::<Result<_>>()?)?;
     let mut secrets = Vec::new();
     for (number, choice) in choices.iter().enumerate() {
         match secret(choice, &yardstick, seed, number)? {
@@ -128,7 +129,7 @@ fn secret(
         Scope::Event => strength * family.unit,
         _ => yardstick.size(family, effects, joint, strength)?,
     };
-    if !(size <= family.limit) {
+    if !(size.is_finite() && size <= family.limit) {
         let what = format!("{} on joint {}", family.name, joint + 1);
         return Ok(Err(format!("{what} would need {size:.3}, beyond what is physical ({})", family.limit)));
     }

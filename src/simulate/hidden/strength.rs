@@ -1,11 +1,12 @@
 //! How strong a hidden effect is for whoever looks for it.
 
+use rayon::prelude::*;
+
 use super::{Family, Scope};
 use crate::effects::Effect;
 use crate::error::{Error, Result};
 use crate::excitation::{FourierMotion, Ramped};
 use crate::identify::{Evidence, Weighting, fit};
-use crate::log::Log;
 use crate::model::Model;
 use crate::plant::{Plant, PlantEffect};
 use crate::signals::{Folds, Mode, Run, Settings, prepare};
@@ -17,12 +18,12 @@ const AIM: f64 = 8.0;
 /// Looks at most.
 const LOOKS: usize = 4;
 
-/// Measures what the baseline leaves of an effect on one motion, with the same noise each time.
+/// Measures what the baseline leaves of an effect on the motions that will be fitted, with the same noise each time.
 pub(super) struct Yardstick<'a> {
     plant: &'a Plant,
     model: Model,
-    motion: Ramped<FourierMotion>,
-    seed: u64,
+    /// Motions, each with the seed of its noise.
+    motions: Vec<(Ramped<FourierMotion>, u64)>,
     /// Residual of the baseline with nothing hidden [N m].
     pub(super) noise: Vec<f64>,
 }
@@ -31,11 +32,10 @@ impl<'a> Yardstick<'a> {
     pub(super) fn new(
         plant: &'a Plant,
         baseline: &[Box<dyn Effect>],
-        motion: Ramped<FourierMotion>,
-        seed: u64,
+        motions: Vec<(Ramped<FourierMotion>, u64)>,
     ) -> Result<Self> {
         let model = Model::new(&plant.robot, baseline.to_vec())?;
-        let mut yardstick = Self { plant, model, motion, seed, noise: Vec::new() };
+        let mut yardstick = Self { plant, model, motions, noise: Vec::new() };
         yardstick.noise = yardstick.residual(&[], &[])?;
         Ok(yardstick)
     }
@@ -50,7 +50,7 @@ impl<'a> Yardstick<'a> {
     ) -> Result<f64> {
         // Where two states are compared, the first one pins down what is known of the robot.
         let two = family.scope == Scope::TwoLogs;
-        let reference = if two { vec![self.log(&[])?] } else { Vec::new() };
+        let reference = if two { self.runs(&[])? } else { Vec::new() };
         let mut size = family.unit;
         for look in 0..LOOKS {
             let residual = self.residual(&effects(size), &reference)?;
@@ -59,7 +59,7 @@ impl<'a> Yardstick<'a> {
                 Scope::Joint => of(joint),
                 _ => (0..residual.len()).map(of).fold(0.0, f64::max),
             };
-            if seen >= CLEAR && seen <= 3.0 * AIM || look + 1 == LOOKS {
+            if (CLEAR..=3.0 * AIM).contains(&seen) || look + 1 == LOOKS {
                 return Ok(if seen > 0.0 { size * strength / seen } else { f64::INFINITY });
             }
             // What cannot be seen at all is looked at ten times larger.
@@ -68,18 +68,20 @@ impl<'a> Yardstick<'a> {
         Err(Error::new("no look was taken at the effect"))
     }
 
-    fn log(&self, effects: &[Box<dyn PlantEffect>]) -> Result<Log> {
-        Ok(self.plant.simulate_with(effects, &self.motion, self.motion.total_s(), self.seed)?.log)
+    /// The plant along all motions, through the signal step.
+    fn runs(&self, effects: &[Box<dyn PlantEffect>]) -> Result<Vec<Run>> {
+        let settings = Settings { mode: Mode::Parallel, band_hz: 8.0, trim_s: 1.0, ..Settings::default() };
+        let run = |(motion, seed): &(Ramped<FourierMotion>, u64)| {
+            let log = self.plant.simulate_with(effects, motion, motion.total_s(), *seed)?.log;
+            Ok(prepare(&log, &settings)?.0)
+        };
+        self.motions.par_iter().map(run).collect()
     }
 
     /// Residual rms of the baseline by joint, in its band [N m].
-    fn residual(&self, effects: &[Box<dyn PlantEffect>], reference: &[Log]) -> Result<Vec<f64>> {
-        let settings = Settings { mode: Mode::Parallel, band_hz: 8.0, trim_s: 1.0, ..Settings::default() };
-        let log = self.log(effects)?;
-        let runs: Vec<Run> = std::iter::once(&log)
-            .chain(reference)
-            .map(|log| Ok(prepare(log, &settings)?.0))
-            .collect::<Result<_>>()?;
+    fn residual(&self, effects: &[Box<dyn PlantEffect>], reference: &[Run]) -> Result<Vec<f64>> {
+        let mut runs = self.runs(effects)?;
+        runs.extend_from_slice(reference);
         let folds = Folds::choose(&runs.iter().collect::<Vec<_>>())?;
         let evidence = Evidence::collect(&self.model, &runs, &folds)?;
         Ok(fit(&self.model, &evidence, None, Weighting::Joint)?.errors.rms)
