@@ -13,6 +13,9 @@ use super::{Global, json, print, print_json};
 /// `lacuna scenario FILE.ron`: `false` when no engine found feasible parameters, or when interrupted.
 pub(super) fn run(file: &Path, data: Vec<PathBuf>, global: &Global, console: &Console) -> Result<bool> {
     let out = folder(file, global)?;
+    if global.out.is_some() || global.resume.is_some() {
+        text::check_writable(&out)?;
+    }
     let again = again(file, &data, global, &out);
     let interrupt = Interrupt::install(global.quiet)?;
     let watch = |step: &Step| {
