@@ -6,6 +6,8 @@ mod oracle;
 mod refused;
 #[path = "scripts/shipped.rs"]
 mod shipped;
+#[path = "scripts/soup.rs"]
+mod soup;
 
 use lacuna::constraints::{Constraint, LinkSpace, Scripted};
 use lacuna::form::Form;

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::graph::{Function, Graph, Id, Op, SMALLEST_MASS};
+use super::elementary::{Function, SMALLEST_MASS};
+use super::graph::{Graph, Id, Op};
 use super::program::{Program, children};
 use crate::form::{Affine, Body, Form, General};
 
@@ -275,7 +276,9 @@ fn reason(graph: &Graph, id: Id) -> String {
         Op::Power(..) => "a power of unknowns",
         Op::Norm(..) => "a norm of quantities divided by different masses",
         Op::Eigenvalue { .. } => "an eigenvalue (of principal moments, say; `psd(matrix)` is the convex way)",
-        Op::Choose { .. } => "a choice by comparing unknowns",
+        Op::Choose { test, .. } => {
+            return format!("a choice by comparing unknowns{}", at(graph.node(*test).spot));
+        }
         Op::Greatest(..) => "one of several alternatives is enough",
         Op::Least(..) => "a minimum inside another expression",
         Op::Apply(Function::Floor, _) => "a mass that divides",

@@ -41,6 +41,8 @@ pub(super) struct Dialect {
     state: State,
     /// Functions by name.
     pub(super) functions: BTreeMap<String, Defined>,
+    /// Where loops begin.
+    pub(super) loops: Vec<Spot>,
     /// Names that `let`, `const` and `for` introduce.
     pub(super) variables: Vec<String>,
 }
@@ -101,6 +103,9 @@ impl Dialect {
 
     /// Keeps the names that the script defines, for error messages.
     fn note(&mut self, token: &Token, position: Position) {
+        if matches!(token, Token::Loop | Token::While | Token::Do | Token::For) {
+            self.loops.push(spot(position));
+        }
         let state = std::mem::take(&mut self.state);
         self.state = match (state, token) {
             (_, Token::Fn) => State::Function,
@@ -110,7 +115,8 @@ impl Dialect {
                 self.functions.insert(name.to_string(), defined);
                 State::Arguments(name.to_string())
             }
-            (State::Arguments(_), Token::RightParen) => State::Elsewhere,
+            // `()` is one token.
+            (State::Arguments(_), Token::RightParen | Token::Unit) => State::Elsewhere,
             (State::Arguments(function), Token::Identifier(name)) => {
                 if let Some(defined) = self.functions.get_mut(&function) {
                     defined.arguments.push(name.to_string());

@@ -53,6 +53,7 @@ pub(super) struct Machine {
     pub(super) ast: AST,
     pub(super) dialect: Dialect,
     pub(super) shared: Shared,
+    start: Instant,
 }
 
 impl Machine {
@@ -61,7 +62,8 @@ impl Machine {
         let shared = Shared::default();
         shared.borrow_mut().names.clone_from(&subject.unknowns);
         let dialect = Rc::new(RefCell::new(Dialect::default()));
-        let mut engine = sandbox(limits);
+        let start = Instant::now();
+        let mut engine = sandbox(limits, start);
         let reader = dialect.clone();
         // "Deprecated" marks it as volatile; the version of rhai is pinned.
         #[allow(deprecated)]
@@ -80,11 +82,20 @@ impl Machine {
                 stray.position(),
             ));
         }
-        Ok(Self { engine, ast, dialect, shared })
+        Ok(Self { engine, ast, dialect, shared, start })
+    }
+
+    /// Whether there is time left for what is done with the script's results.
+    pub(super) fn in_time(&self, limits: &Limits) -> Result<()> {
+        if limits.cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed)) {
+            return Err(trouble::cancelled());
+        }
+        let late = self.start.elapsed().as_secs_f64() > limits.seconds;
+        if late { Err(trouble::out_of_time(limits.seconds)) } else { Ok(()) }
     }
 }
 
-fn sandbox(limits: &Limits) -> Engine {
+fn sandbox(limits: &Limits, start: Instant) -> Engine {
     let mut engine = Engine::new_raw();
     ArithmeticPackage::new().register_into_engine(&mut engine);
     BasicFnPackage::new().register_into_engine(&mut engine);
@@ -106,7 +117,7 @@ fn sandbox(limits: &Limits) -> Engine {
     for word in FORBIDDEN {
         engine.disable_symbol(word);
     }
-    let (start, budget) = (Instant::now(), Duration::try_from_secs_f64(limits.seconds).unwrap_or_default());
+    let budget = Duration::try_from_secs_f64(limits.seconds).unwrap_or_default();
     let cancel = limits.cancel.clone();
     engine.on_progress(move |operations| {
         if operations % CLOCK_EVERY != 0 {

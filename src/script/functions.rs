@@ -4,7 +4,8 @@ use std::rc::Rc;
 
 use rhai::{Array, Dynamic, Engine, FnPtr, NativeCallContext};
 
-use super::graph::{Function, Graph, Id};
+use super::elementary::Function;
+use super::graph::{Graph, Id};
 use super::tracer::{Answer, Demand, Matrix, Number, Relation, Shared, Tracer, Vector, fail, kind};
 
 /// What scripts may call, for error messages and the handbook.
@@ -251,10 +252,9 @@ fn new_matrix(tracer: &mut Tracer, rows: &Dynamic) -> Result<Dynamic, String> {
     if size == 0 || size > 16 || rows.iter().any(|r| r.len() != size) {
         return Err(format!("{help}, at most 16"));
     }
-    for i in 0..size {
-        if (0..i).any(|j| rows[i][j] != rows[j][i]) {
-            return Err(format!("the matrix is not symmetric in row {}", i + 1));
-        }
+    let skew = rows.iter().enumerate().find(|(i, row)| (0..*i).any(|j| row[j] != rows[j][*i]));
+    if let Some((i, _)) = skew {
+        return Err(format!("the matrix is not symmetric in row {}", i + 1));
     }
     let lower = rows.iter().enumerate().flat_map(|(i, r)| r[..=i].to_vec()).collect();
     Ok(Dynamic::from(Matrix { size, lower }))

@@ -4,10 +4,9 @@
 use std::collections::HashMap;
 
 use super::dimension::Dimension;
+use super::elementary::Function;
 use crate::form::Affine;
 
-/// A mass that divides is never taken below this \[kg\]; a centre of mass has no meaning there.
-pub(super) const SMALLEST_MASS: f64 = 1e-6;
 /// How deep factors are pushed into minima and sums.
 const DEEPEST: usize = 12;
 /// More nodes than this are refused: memory is limited.
@@ -19,21 +18,6 @@ pub(super) struct Id(pub(super) u32);
 
 /// Line and column in the script, from 1; 0 where there is none.
 pub(super) type Spot = (usize, usize);
-
-/// Functions of one number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum Function {
-    Sqrt,
-    Sin,
-    Cos,
-    Tan,
-    Atan,
-    Exp,
-    Ln,
-    Tanh,
-    /// `max(x, SMALLEST_MASS)`: stands where a mass divides.
-    Floor,
-}
 
 /// How a node is made from others.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -203,6 +187,11 @@ impl Graph {
                 };
                 self.push(scaled, dimension, None)
             }
+            Op::Mul(inner, x) if self.value(inner).is_some() => {
+                let factor = factor * self.value(inner).unwrap_or(1.0);
+                let factor = self.constant(factor)?;
+                self.push(Op::Mul(factor, x), dimension, None)
+            }
             _ => {
                 let factor = self.constant(factor)?;
                 self.push(Op::Mul(factor, a), dimension, None)
@@ -259,11 +248,11 @@ impl Graph {
     }
 
     pub(super) fn least(&mut self, a: Id, b: Id) -> Result<Id, String> {
-        self.extreme(a, b, f64::min, |a, b| Op::Least(a, b))
+        self.extreme(a, b, f64::min, Op::Least)
     }
 
     pub(super) fn greatest(&mut self, a: Id, b: Id) -> Result<Id, String> {
-        self.extreme(a, b, f64::max, |a, b| Op::Greatest(a, b))
+        self.extreme(a, b, f64::max, Op::Greatest)
     }
 
     fn extreme(
@@ -351,52 +340,5 @@ impl Graph {
         }
         let dimension = Dimension::common(self.dimension(yes), self.dimension(no)).unwrap_or(None);
         self.push(Op::Choose { test, yes, no }, dimension, None)
-    }
-}
-
-impl Function {
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Sqrt => "sqrt",
-            Self::Sin => "sin",
-            Self::Cos => "cos",
-            Self::Tan => "tan",
-            Self::Atan => "atan",
-            Self::Exp => "exp",
-            Self::Ln => "ln",
-            Self::Tanh => "tanh",
-            Self::Floor => "mass",
-        }
-    }
-
-    /// Value; through `libm`, so that it has the same bits on every processor.
-    pub(super) fn at(self, x: f64) -> f64 {
-        match self {
-            Self::Sqrt => x.sqrt(),
-            Self::Sin => libm::sin(x),
-            Self::Cos => libm::cos(x),
-            Self::Tan => libm::tan(x),
-            Self::Atan => libm::atan(x),
-            Self::Exp => libm::exp(x),
-            Self::Ln => libm::log(x),
-            Self::Tanh => libm::tanh(x),
-            Self::Floor if x.is_nan() => x,
-            Self::Floor => x.max(SMALLEST_MASS),
-        }
-    }
-
-    /// Derivative where the argument is `x` and the value `y`.
-    pub(super) fn slope(self, x: f64, y: f64) -> f64 {
-        match self {
-            Self::Sqrt => 0.5 / y,
-            Self::Sin => libm::cos(x),
-            Self::Cos => -libm::sin(x),
-            Self::Tan => 1.0 + y * y,
-            Self::Atan => 1.0 / (1.0 + x * x),
-            Self::Exp => y,
-            Self::Ln => 1.0 / x,
-            Self::Tanh => 1.0 - y * y,
-            Self::Floor => f64::from(x >= SMALLEST_MASS),
-        }
     }
 }

@@ -10,6 +10,7 @@ mod compare;
 mod conic;
 mod dialect;
 mod dimension;
+mod elementary;
 mod engine;
 mod functions;
 mod graph;
@@ -190,9 +191,16 @@ impl Machine {
     fn call(&self, function: &str, arguments: impl rhai::FuncArgs, seconds: f64) -> Result<Dynamic> {
         let options = CallFnOptions::new().eval_ast(false);
         let mut scope = Scope::new();
-        self.engine
-            .call_fn_with_options(options, &mut scope, &self.ast, function, arguments)
-            .map_err(|e| trouble::running(&e, &self.dialect, seconds))
+        self.engine.call_fn_with_options(options, &mut scope, &self.ast, function, arguments).map_err(|e| {
+            let error = trouble::running(&e, &self.dialect, seconds);
+            // The interpreter has no place for what only took too long.
+            if error.place().is_some() {
+                return error;
+            }
+            let start = self.dialect.functions.get(function).map_or((1, 1), |d| d.spot);
+            let (line, column) = if let [only] = self.dialect.loops.as_slice() { *only } else { start };
+            error.at(line, column)
+        })
     }
 
     fn state_rules(&self, entry: &Entry, seconds: f64) -> Result<Dynamic> {

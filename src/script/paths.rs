@@ -7,6 +7,8 @@ use super::graph::Id;
 use super::tracer::{Relation, kind};
 use crate::error::{Error, Result};
 
+/// More rules than this, over all ways through a script, are refused: memory is limited.
+const MOST_RULES: usize = 100_000;
 /// How deep lists of rules may be nested.
 const DEEPEST: usize = 16;
 
@@ -34,7 +36,7 @@ pub(super) fn explore(
     machine: &Machine,
     entry: &Entry,
     limits: &Limits,
-    runs: &mut usize,
+    (runs, rules_seen): (&mut usize, &mut usize),
 ) -> Result<Vec<Way>> {
     let mut ways: Vec<Way> = Vec::new();
     let mut plan: Vec<bool> = Vec::new();
@@ -46,6 +48,15 @@ pub(super) fn explore(
         machine.shared.borrow_mut().restart(plan);
         let stated = machine.state_rules(entry, limits.seconds)?;
         let rules = collect(machine, entry, &stated)?;
+        *rules_seen += rules.len();
+        if *rules_seen > MOST_RULES {
+            let (line, column) = machine.place(entry);
+            return Err(Error::new(format!(
+                "the script states more than {MOST_RULES} rules, over all its ways"
+            ))
+            .at(line, column)
+            .help("state fewer; `min(list)` and `max(list)` turn many numbers into one"));
+        }
         let taken = std::mem::take(&mut machine.shared.borrow_mut().taken);
         plan = taken.iter().map(|t| t.1).collect();
         ways.push(Way { taken, rules });
@@ -83,7 +94,7 @@ pub(super) fn collect(machine: &Machine, entry: &Entry, stated: &Dynamic) -> Res
         return Err(Error::new("this rule is stated but not returned, so it would be lost")
             .at(line, column)
             .help(format!(
-                "`{}` returns all rules in one list, as its last line without `;`",
+                "`{}` returns all rules in one list, as the value of its last line",
                 entry.function
             )));
     }
@@ -114,7 +125,7 @@ fn no_rule(machine: &Machine, entry: &Entry, value: &Dynamic) -> Error {
     let (what, help) = if value.is_unit() {
         (
             format!("`{function}` returns nothing"),
-            "its last line, without `;`, is what it returns: a list of rules; `[]` where none applies",
+            "the value of its last line is what it returns: a list of rules; `[]` where none applies",
         )
     } else if value.is_bool() {
         (

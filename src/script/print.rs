@@ -1,6 +1,7 @@
 //! Short expressions as text, for labels.
 
-use super::graph::{Function, Graph, Id, Op};
+use super::elementary::Function;
+use super::graph::{Graph, Id, Op};
 use super::tracer::Tracer;
 use crate::form::Affine;
 

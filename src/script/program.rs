@@ -5,7 +5,8 @@ use std::cell::RefCell;
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use super::graph::{Function, Graph, Id, Op};
+use super::elementary::Function;
+use super::graph::{Graph, Id, Op};
 use crate::form::{Affine, General};
 
 /// One step; numbers are places of earlier steps.

@@ -30,7 +30,7 @@ pub(super) fn lower(
     stem: &str,
     limits: &Limits,
 ) -> Result<Lowered> {
-    let mut runs = 0;
+    let (mut runs, mut rules_seen) = (0, 0);
     let mut builder = Builder {
         machine,
         cones: Cones::default(),
@@ -39,9 +39,9 @@ pub(super) fn lower(
         labels: BTreeMap::new(),
     };
     for entry in calls {
-        let ways = explore(machine, entry, limits, &mut runs)?;
+        let ways = explore(machine, entry, limits, (&mut runs, &mut rules_seen))?;
         let prefix = entry.link.map_or_else(String::new, |i| format!("{}: ", subject.bodies[i].name));
-        builder.add(&ways, &prefix, stem)?;
+        builder.add(&ways, &prefix, stem, limits)?;
     }
     if builder.forms.is_empty() {
         let (line, column) = calls.first().map_or((1, 1), |entry| machine.place(entry));
@@ -64,7 +64,7 @@ fn keyed(way: &Way) -> Vec<(Key, &Relation)> {
 }
 
 impl Builder<'_> {
-    fn add(&mut self, ways: &[Way], prefix: &str, stem: &str) -> Result<()> {
+    fn add(&mut self, ways: &[Way], prefix: &str, stem: &str, limits: &Limits) -> Result<()> {
         let mut order: Vec<Key> = Vec::new();
         let mut table: BTreeMap<Key, Vec<Option<&Relation>>> = BTreeMap::new();
         for (number, way) in ways.iter().enumerate() {
@@ -79,6 +79,7 @@ impl Builder<'_> {
         for key in order {
             let leaves = &table[&key];
             let (line, column) = key.0;
+            self.machine.in_time(limits).map_err(|e| e.at(line, column))?;
             self.rule(ways, leaves, prefix, stem)
                 .map_err(|what| Error::new(what).at(line, column))
                 .map_err(|e| e.help("`lacuna check` on the script shows its other rules"))?;

@@ -108,19 +108,33 @@ fn explain(error: &EvalAltResult, dialect: &Dialect, seconds: f64) -> Error {
         ),
         E::ErrorTooManyOperations(_) => Error::new("the script does not come to an end")
             .help("a loop never stops, or does far more than a constraint needs"),
-        E::ErrorTerminated(token, _) if token.to_string() == OUT_OF_TIME => {
-            Error::new(format!("the script took more than {seconds} s"))
-                .help("simplify it, or allow more with `seconds`")
+        E::ErrorTerminated(token, _) if token.to_string() == OUT_OF_TIME => out_of_time(seconds),
+        E::ErrorTerminated(token, _) if token.to_string() == CANCELLED => cancelled(),
+        E::ErrorStackOverflow(_) => {
+            Error::new("functions call each other without end").help("at most 24 calls may be open at a time")
         }
-        E::ErrorTerminated(token, _) if token.to_string() == CANCELLED => {
-            Error::new("the script was stopped from outside")
+        E::ErrorDataTooLarge(what, _) => Error::new(format!("a value grows too large: {what}"))
+            .help("texts end at 4096 letters, lists at 10000 entries"),
+        E::ErrorTooManyVariables(_) => {
+            Error::new("the script has too many variables").help("at most 256 may be in sight at a time")
         }
-        E::ErrorStackOverflow(_) => Error::new("functions call each other without end"),
-        E::ErrorDataTooLarge(what, _) => Error::new(format!("a value grows too large: {what}")),
-        E::ErrorTooManyVariables(_) => Error::new("the script has too many variables"),
+        E::ErrorArrayBounds(count, index, _) => {
+            Error::new(format!("a list of {count} has no [{index}]")).help("entries are counted from 0")
+        }
         other => Error::new(other.to_string().split(" (line ").next().unwrap_or_default().to_string())
             .help("the script language is rhai: https://rhai.rs/book"),
     }
+}
+
+/// The wall clock of the script ran out.
+pub(super) fn out_of_time(seconds: f64) -> Error {
+    Error::new(format!("the script took more than {seconds} s"))
+        .help("simplify it, or allow more with `seconds`")
+}
+
+/// Somebody stopped the study.
+pub(super) fn cancelled() -> Error {
+    Error::new("the script was stopped from outside").help("run it again to go on")
 }
 
 /// Signatures without the interpreter's own names.
