@@ -1,5 +1,7 @@
 //! Identify robot arms from their logs, and find the physics the model is missing.
 
+pub mod check;
+pub mod conformance;
 pub mod constraints;
 pub mod effects;
 pub mod error;

@@ -5,7 +5,17 @@
 
 use std::fmt::Debug;
 
+use crate::form::{Affine, Body};
 use crate::space::Space;
+
+/// Which of a coordinate's two bounds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// The lower bound.
+    Lower,
+    /// The upper bound.
+    Upper,
+}
 
 /// Search coordinates `p` with finite bounds, and the way to the unknowns `z`.
 ///
@@ -19,6 +29,17 @@ pub trait Chart: Debug + Send + Sync {
 
     /// Coordinates of one group for its unknowns, as far as they are determined (0 where they are not).
     fn group_to_coordinates(&self, group: usize, z: &[f64], p: &mut [f64]);
+
+    /// Largest size of every unknown while the coordinates stay within their bounds, where that is known.
+    fn reach(&self) -> Option<Vec<f64>> {
+        None
+    }
+
+    /// A convex condition on the unknowns that is the same as one bound of a coordinate, where there is
+    /// one. Solvers that work in the unknowns converge better on it than on the coordinate itself.
+    fn convex_bound(&self, _coordinate: usize, _side: Side) -> Option<Body> {
+        None
+    }
 
     /// Unknowns for all coordinates.
     fn unknowns(&self, p: &[f64]) -> Vec<f64> {
@@ -57,5 +78,18 @@ impl Chart for Identity {
 
     fn group_to_coordinates(&self, _group: usize, z: &[f64], p: &mut [f64]) {
         p.copy_from_slice(z);
+    }
+
+    fn reach(&self) -> Option<Vec<f64>> {
+        Some(self.space.parameters.iter().map(|p| p.lower.abs().max(p.upper.abs())).collect())
+    }
+
+    fn convex_bound(&self, coordinate: usize, side: Side) -> Option<Body> {
+        let (parameter, value) = (&self.space.parameters[coordinate], Affine::variable(coordinate));
+        let row = match side {
+            Side::Lower => value.plus(-parameter.lower, &Affine::constant(1.0)),
+            Side::Upper => value.times(-1.0).plus(parameter.upper, &Affine::constant(1.0)),
+        };
+        Some(Body::Affine(row))
     }
 }

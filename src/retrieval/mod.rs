@@ -2,11 +2,18 @@
 //! objective and forms; nothing here knows robots, data or effects.
 
 mod audit;
+pub mod certificate;
 mod chart;
+pub mod checkpoint;
+mod cone;
+mod lmi;
 mod objective;
+pub mod penalty;
+pub mod polish;
 
 pub use audit::{Audit, ConstraintAudit, FEASIBLE, audit};
-pub use chart::{Chart, Identity};
+pub use chart::{Chart, Identity, Side};
+pub use lmi::{LmiEngine, LmiSolution};
 pub use objective::Quadratic;
 
 use std::fmt::Debug;
@@ -99,6 +106,9 @@ pub trait RetrievalEngine: Debug + Send + Sync {
     /// # Errors
     /// With the reason, for people.
     fn accepts(&self, form: &Form) -> Result<(), String>;
+
+    /// Where finished parts of its work are kept from now on; engines that are done at once need nothing.
+    fn set_checkpoint(&mut self, _checkpoint: Option<checkpoint::Checkpoint>) {}
 
     /// Solves the problem.
     ///

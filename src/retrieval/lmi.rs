@@ -1,0 +1,276 @@
+//! The engine `lmi`: linear matrix inequalities. Where every constraint is convex, the problem is a
+//! semidefinite program (Wensing, Kim and Slotine 2018; Sousa and Cortesão 2014) and its optimum is global.
+
+use std::ops::ControlFlow;
+
+use serde::{Deserialize, Serialize};
+
+use super::certificate::{lower_bound, taken};
+use super::cone::{Effort, Ending, Outcome, Program};
+use super::{FEASIBLE, Multiplier, Problem, Quadratic, RetrievalEngine, Retrieved, Step, Watch};
+use crate::error::{Error, Result};
+use crate::form::{Affine, Body, Form};
+
+/// Iterations a solve usually takes, for the progress shown.
+const USUAL_ITERATIONS: f64 = 25.0;
+/// Relative precision to which two rows count as each other's negative.
+const SAME: f64 = 1e-14;
+
+/// Minimises the objective over all convex forms with an interior-point method (clarabel).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LmiEngine {
+    /// The user's name for this entry of the study.
+    pub label: Option<String>,
+    /// Relative gap and feasibility at which the solver stops.
+    pub tolerance: f64,
+    /// Iterations at most.
+    pub iterations: u32,
+    /// Every constraint is kept at least this far from its limit, relative to its scale, so that rounding
+    /// cannot push the answer over it; left out where constraints have no interior.
+    pub margin: f64,
+}
+
+impl Default for LmiEngine {
+    fn default() -> Self {
+        Self { label: None, tolerance: 1e-10, iterations: 200, margin: 1e-8 }
+    }
+}
+
+/// What the solver gave, before it is judged.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LmiSolution {
+    /// The unknowns.
+    pub z: Vec<f64>,
+    /// One multiplier per convex form, in the order of [`taken`]; up to a common positive factor.
+    pub multipliers: Vec<Multiplier>,
+    /// How it ended, for people.
+    pub status: String,
+    /// Interior-point iterations.
+    pub iterations: u32,
+    /// Whether it was asked to stop.
+    pub stopped: bool,
+    /// The margin that was kept, relative to each form's scale.
+    pub margin: f64,
+}
+
+impl LmiEngine {
+    /// Solves the convex part of the problem: all convex forms, and what the others imply.
+    ///
+    /// # Errors
+    /// When the settings are out of range, numbers are not finite, or the convex forms contradict each
+    /// other; the message names a smallest conflicting set.
+    pub fn solve(&self, problem: &Problem, watch: &Watch<'_>) -> Result<LmiSolution> {
+        self.check()?;
+        let forms = taken(&problem.forms);
+        let mut margin = self.margin;
+        let mut outcome = self.attempt(problem, &forms, margin, watch)?;
+        if outcome.ending == Ending::Infeasible && margin > 0.0 {
+            margin = 0.0;
+            outcome = self.attempt(problem, &forms, margin, watch)?;
+        }
+        if outcome.ending == Ending::Infeasible {
+            return Err(contradiction(problem.space.len(), &forms)?);
+        }
+        let mut z = outcome.x[..problem.space.len()].to_vec();
+        repair(&mut z, &forms)?;
+        Ok(LmiSolution {
+            z,
+            multipliers: multipliers(&forms, &outcome.duals[1..]),
+            status: outcome.status,
+            iterations: outcome.iterations,
+            stopped: outcome.ending == Ending::Stopped,
+            margin,
+        })
+    }
+
+    fn check(&self) -> Result<()> {
+        let in_range =
+            self.tolerance > 0.0 && self.tolerance < 1.0 && self.margin >= 0.0 && self.margin < 1.0;
+        if in_range && self.iterations > 0 {
+            return Ok(());
+        }
+        Err(Error::new("engine `lmi`: `tolerance` and `margin` lie below 1 and are not negative, `tolerance` and `iterations` not 0")
+            .help("leave them out: tolerance 1e-10, margin 1e-8, 200 iterations"))
+    }
+
+    fn attempt(&self, problem: &Problem, forms: &[&Form], margin: f64, watch: &Watch<'_>) -> Result<Outcome> {
+        let mut program = Program::new(problem.space.len());
+        let distance = program.unknown();
+        program.cost = vec![(distance, 1.0)];
+        misfit(&mut program, &problem.objective, Affine::variable(distance));
+        constrain(&mut program, forms, &Affine::constant(margin));
+        let mut tell = |iteration: u32| {
+            let done = f64::from(iteration) / USUAL_ITERATIONS;
+            let unknown = f64::INFINITY;
+            let step = Step { done: done.min(0.95), objective: unknown, violation: unknown };
+            watch(&step) == ControlFlow::Continue(())
+        };
+        let effort = Effort { tolerance: self.tolerance, iterations: self.iterations };
+        program.solve(effort, Some(&mut tell))
+    }
+}
+
+#[typetag::serde(name = "lmi")]
+impl RetrievalEngine for LmiEngine {
+    fn name(&self) -> &'static str {
+        "lmi"
+    }
+
+    fn label(&self) -> &str {
+        self.label.as_deref().unwrap_or("lmi")
+    }
+
+    fn accepts(&self, form: &Form) -> Result<(), String> {
+        match &form.body {
+            Body::General { why, .. } => Err(format!("no cone expresses it: {why}")),
+            _ => Ok(()),
+        }
+    }
+
+    fn retrieve(&self, problem: &Problem, watch: &Watch<'_>) -> Result<Retrieved> {
+        let solution = self.solve(problem, watch)?;
+        let certificate = lower_bound(problem, &taken(&problem.forms), &solution.multipliers)?;
+        let audit = super::audit(problem, &solution.z);
+        // Nothing is left to stop.
+        let _ = watch(&Step { done: 1.0, objective: audit.objective, violation: audit.violation });
+        Ok(Retrieved {
+            runs: 1,
+            stages: 1,
+            evaluations: u64::from(solution.iterations),
+            status: format!("{} after {} iterations", solution.status, solution.iterations),
+            stopped: solution.stopped,
+            lower_bound: Some(certificate.lower_bound),
+            z: solution.z,
+        })
+    }
+}
+
+/// `|r z - d| <= bound` with both sides divided by `|d|`: the bound is a part of the data's size.
+pub(super) fn misfit(program: &mut Program, objective: &Quadratic, bound: Affine) {
+    let scale = misfit_scale(objective);
+    let row = |k: usize| {
+        let r = objective.r.row(k);
+        let terms = r.iter().enumerate().filter(|(_, f)| f.abs() > 0.0).map(|(i, f)| (i, f / scale));
+        Affine { terms: terms.collect(), constant: -objective.d[k] / scale }
+    };
+    program.second_order(bound, (0..objective.d.len()).map(row).collect());
+}
+
+/// Size of the data, in which misfits are measured.
+pub(super) fn misfit_scale(objective: &Quadratic) -> f64 {
+    let size = objective.d.norm();
+    if size > 0.0 { size } else { 1.0 }
+}
+
+/// All forms, each with `margin` times its scale to spare; pairs that make an equality have none to spare.
+pub(super) fn constrain(program: &mut Program, forms: &[&Form], margin: &Affine) {
+    let partner = equalities(forms);
+    for (i, form) in forms.iter().enumerate() {
+        match (&form.body, partner[i]) {
+            (Body::Affine(row), Some(_)) => program.zero(row.clone()),
+            _ => {
+                program.form(form, margin);
+            }
+        }
+    }
+}
+
+/// For every form the one that is its negative, so that both together are an equality.
+pub(super) fn equalities(forms: &[&Form]) -> Vec<Option<usize>> {
+    let sorted: Vec<Option<Vec<(usize, f64)>>> = forms
+        .iter()
+        .map(|form| {
+            let Body::Affine(row) = &form.body else { return None };
+            let mut terms: Vec<(usize, f64)> =
+                row.terms.iter().copied().filter(|t| t.1.abs() > 0.0).collect();
+            terms.sort_unstable_by_key(|t| t.0);
+            terms.push((usize::MAX, row.constant));
+            Some(terms)
+        })
+        .collect();
+    let opposite = |a: &[(usize, f64)], b: &[(usize, f64)]| {
+        a.len() == b.len()
+            && a.len() > 1
+            && a.iter().zip(b).all(|(x, y)| x.0 == y.0 && (x.1 + y.1).abs() <= SAME * x.1.abs())
+    };
+    let partner = |i: usize| {
+        let mine = sorted[i].as_ref()?;
+        (0..forms.len()).find(|&k| sorted[k].as_ref().is_some_and(|other| opposite(mine, other)))
+    };
+    (0..forms.len()).map(partner).collect()
+}
+
+/// The solver's duals, one per form: an equality's free multiplier falls to the side that it presses on.
+fn multipliers(forms: &[&Form], duals: &[Vec<f64>]) -> Vec<Multiplier> {
+    let partner = equalities(forms);
+    let values = |i: usize| match partner[i] {
+        Some(_) => vec![duals[i][0].max(0.0)],
+        None => duals[i].clone(),
+    };
+    forms.iter().enumerate().map(|(i, f)| Multiplier { label: f.label.clone(), values: values(i) }).collect()
+}
+
+/// The point deepest inside all forms: maximises the least scaled margin, up to 1. `None` when there is none
+/// with a positive margin.
+pub(super) fn interior(
+    unknowns: usize,
+    forms: &[&Form],
+    more: impl FnOnce(&mut Program, usize),
+) -> Result<Option<Vec<f64>>> {
+    let mut program = Program::new(unknowns);
+    let depth = program.unknown();
+    program.cost = vec![(depth, -1.0)];
+    program.nonnegative(Affine::constant(1.0).plus(-1.0, &Affine::variable(depth)));
+    constrain(&mut program, forms, &Affine::variable(depth));
+    more(&mut program, depth);
+    let outcome = program.solve(Effort::default(), None)?;
+    let deep = outcome.ending != Ending::Infeasible && outcome.x[depth] > 0.0;
+    Ok(deep.then(|| outcome.x[..unknowns].to_vec()))
+}
+
+/// Moves a point that rounding left outside towards the inside, as little as makes it feasible. Margins of
+/// convex forms are concave, so the way is a straight line.
+fn repair(z: &mut [f64], forms: &[&Form]) -> Result<()> {
+    let worst = |z: &[f64]| forms.iter().map(|f| f.violation(z)).fold(0.0, f64::max);
+    let outside = worst(z);
+    if outside <= 0.5 * FEASIBLE || outside.is_infinite() {
+        return Ok(());
+    }
+    let Some(inside) = interior(z.len(), forms, |_, _| {})? else { return Ok(()) };
+    let start = z.to_vec();
+    for power in -40..=0 {
+        let part = libm::exp2(f64::from(power));
+        for ((z, a), b) in z.iter_mut().zip(&start).zip(&inside) {
+            *z = a + part * (b - a);
+        }
+        if worst(z) <= 0.5 * FEASIBLE {
+            return Ok(());
+        }
+    }
+    z.copy_from_slice(&start);
+    Ok(())
+}
+
+/// Names a smallest conflicting set: dropping any of its members makes the rest possible.
+fn contradiction(unknowns: usize, forms: &[&Form]) -> Result<Error> {
+    let impossible = |forms: &[&Form]| -> Result<bool> {
+        let mut program = Program::new(unknowns);
+        constrain(&mut program, forms, &Affine::constant(0.0));
+        Ok(program.solve(Effort::default(), None)?.ending == Ending::Infeasible)
+    };
+    let mut core: Vec<&Form> = forms.to_vec();
+    let mut next = 0;
+    while next < core.len() {
+        let mut fewer = core.clone();
+        fewer.remove(next);
+        if impossible(&fewer)? {
+            core = fewer;
+        } else {
+            next += 1;
+        }
+    }
+    let names: Vec<String> = core.iter().map(|f| format!("`{}`", f.label)).collect();
+    Ok(Error::new(format!("no parameters satisfy these constraints together: {}", names.join(", ")))
+        .help("loosen or remove one of them; dropping any one makes the others possible"))
+}
