@@ -8,11 +8,12 @@ use std::sync::atomic::AtomicBool;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::{About, Constraint, LinkSpace};
+use super::{About, Constraint, LinkSpace, files};
 use crate::error::{Error, Result};
 use crate::form::{Body as FormBody, Form};
 use crate::robot::{InertialParameters, PARAMETERS_PER_LINK, Robot};
 use crate::script::{Body, Limits, Lowered, Script, Settings, Subject};
+use crate::text;
 
 /// Rules that a rhai file states.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -110,34 +111,14 @@ impl Constraint for Scripted {
     }
 
     fn load(&mut self, folder: &Path) -> Result<()> {
-        self.loaded = Some(Script::open(&inside(folder, &self.path)?)?);
+        let text = text::read(&files::inside(folder, &self.path)?)?;
+        self.loaded = Some(Script::new(self.path.clone(), text));
         Ok(())
     }
 
     fn forms(&self, robot: &Robot, space: &LinkSpace) -> Result<Vec<Form>> {
         self.lower(robot, space).map(|lowered| lowered.forms)
     }
-}
-
-/// The file that `path` names beside a scenario in `folder`; it may not leave that folder or, where there is
-/// one, its repository.
-fn inside(folder: &Path, path: &Path) -> Result<PathBuf> {
-    const MARKS: [&str; 4] = [".git", ".hg", ".svn", "Cargo.toml"];
-    let wrong = |what: String| Error::new(what).in_file(path);
-    if path.is_absolute() {
-        return Err(wrong("the path of a script is relative to the scenario".into())
-            .help("put the script beside the scenario"));
-    }
-    let file = folder.join(path);
-    let real = file.canonicalize().map_err(|e| wrong(format!("cannot read the script: {e}")))?;
-    let home = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let home = home.canonicalize().map_err(|e| wrong(format!("cannot read the scenario's folder: {e}")))?;
-    let root = home.ancestors().find(|a| MARKS.iter().any(|m| a.join(m).exists())).unwrap_or(&home);
-    if !real.starts_with(root) {
-        return Err(wrong("the script lies outside the scenario's folder and repository".into())
-            .help("copy it to the scenario's folder"));
-    }
-    Ok(file)
 }
 
 /// The robot as a script sees it.
@@ -362,7 +343,7 @@ mod tests {
         let mut out: Box<dyn Constraint> =
             crate::text::from_ron(r#"{"script": (path: "../../../../etc/passwd")}"#).expect("RON");
         let error = out.load(Path::new("constraints")).expect_err("leaves the repository");
-        assert!(error.to_string().contains("script"), "{error}");
+        assert!(error.to_string().contains("leaves"), "{error}");
         let wrong = crate::text::from_ron::<Box<dyn Constraint>>(r#"{"script": (path: "x", wiht: {})}"#);
         assert!(wrong.expect_err("unknown field").to_string().contains("wiht"));
     }
