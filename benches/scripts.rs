@@ -4,7 +4,7 @@
 use std::hint::black_box;
 
 use divan::Bencher;
-use lacuna::constraints::{Constraint, LinkSpace, Scripted};
+use lacuna::constraints::{Constraint, LinkSpace, Links, Scripted};
 use lacuna::form::Form;
 use lacuna::robot::Robot;
 use lacuna::script::{Body, Limits, Script, Settings, Subject};
@@ -24,7 +24,7 @@ fn form(name: &str) -> (Form, Vec<f64>) {
     let (robot, space, z) = robot();
     let script = Script::open(&std::path::Path::new("constraints").join(name)).expect("reads");
     let mut constraint = Scripted::from_script(script, Settings::new());
-    constraint.links = Some(vec!["link2".into()]);
+    constraint.links = Links::Only(vec!["link2".into()]);
     (constraint.forms(&robot, &space).expect("lowers").swap_remove(0), z)
 }
 

@@ -30,7 +30,7 @@ pub enum Kind {
     Model,
     /// Published coefficients.
     Coefficients,
-    /// Script.
+    /// Script of constraints.
     Script,
 }
 
@@ -46,7 +46,7 @@ impl Kind {
             Self::ColumnMap => "a column map",
             Self::Model => "a finished model",
             Self::Coefficients => "published coefficients",
-            Self::Script => "a script",
+            Self::Script => "a script of constraints",
         }
     }
 }
@@ -71,6 +71,9 @@ const FIELDS: [(Kind, &[&str]); 5] = [
             "weighting",
             "gravity",
             "drop_above_percent",
+            "constraints",
+            "presets",
+            "engines",
         ],
     ),
     (Kind::Model, &["lacuna", "robot", "origin", "signals", "effects", "parameters"]),

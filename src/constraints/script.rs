@@ -1,6 +1,5 @@
 //! Rules from a script; see [`crate::script`].
 
-use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -8,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::{About, Constraint, LinkSpace, files};
+use super::{About, Constraint, LinkSpace, Links, files};
 use crate::error::{Error, Result};
 use crate::form::{Body as FormBody, Form};
 use crate::robot::{InertialParameters, PARAMETERS_PER_LINK, Robot};
@@ -24,9 +23,9 @@ pub struct Scripted {
     /// Values in place of the script's own settings.
     #[serde(default)]
     pub with: Settings,
-    /// Links it is asked about; all when not given.
+    /// Links it is asked about.
     #[serde(default)]
-    pub links: Option<Vec<String>>,
+    pub links: Links,
     /// Wall clock that the script may use in a whole study \[s\].
     #[serde(default = "ten")]
     pub seconds: f64,
@@ -54,7 +53,11 @@ impl Scripted {
         settings: &[
             ("path", "", "the file, relative to the scenario"),
             ("with", "", "values in place of those that its `fn settings()` returns"),
-            ("links", "", "names of the links it is asked about; all when not given"),
+            (
+                "links",
+                "",
+                "links it is asked about: `All`, which is also meant when not given, or `Only([..])`",
+            ),
             ("seconds", "s", "wall clock the script may use"),
         ],
         form: "affine, norm or semidefinite where a cone expresses the rule (every engine), else general \
@@ -63,7 +66,14 @@ impl Scripted {
 
     /// Rules of a script from memory.
     pub fn from_script(script: Script, with: Settings) -> Self {
-        Self { path: PathBuf::new(), with, links: None, seconds: ten(), loaded: Some(script), cancel: None }
+        Self {
+            path: PathBuf::new(),
+            with,
+            links: Links::All,
+            seconds: ten(),
+            loaded: Some(script),
+            cancel: None,
+        }
     }
 
     /// Setting the flag from another thread stops the script.
@@ -83,7 +93,7 @@ impl Scripted {
         if !(self.seconds > 0.0 && self.seconds.is_finite()) {
             return Err(Error::new("`seconds` of a script must be positive").in_file(&self.path));
         }
-        let subject = subject(robot, space, self.links.as_deref())?;
+        let subject = subject(robot, space, &self.links)?;
         let lowered = script.lower(&subject, &self.with, &self.limits())?;
         let (z, _) = sample(robot, space);
         for rule in &lowered.rules {
@@ -125,7 +135,7 @@ impl Constraint for Scripted {
 ///
 /// # Errors
 /// When `links` names one that the robot has not.
-fn subject(robot: &Robot, space: &LinkSpace, links: Option<&[String]>) -> Result<Subject> {
+fn subject(robot: &Robot, space: &LinkSpace, links: &Links) -> Result<Subject> {
     const PLACES: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
     let body = |i: usize| Body {
         name: space.names[i].clone(),
@@ -133,21 +143,11 @@ fn subject(robot: &Robot, space: &LinkSpace, links: Option<&[String]>) -> Result
         first_moment: std::array::from_fn(|axis| space.first_moment(i, axis)),
         inertia_at_origin: PLACES.map(|(row, column)| space.inertia_at_origin(i, row, column)),
     };
-    let find = |name: &String| {
-        space.names.iter().position(|n| n == name).ok_or_else(|| {
-            Error::new(format!("the robot has no link `{name}`"))
-                .help(format!("known are {}", space.names.join(", ")))
-        })
-    };
-    let chosen = match links {
-        Some(names) => names.iter().map(find).collect::<Result<_>>()?,
-        None => (0..space.links).collect(),
-    };
     Ok(Subject {
         name: robot.name.clone(),
         gravity: robot.gravity.into(),
         bodies: (0..space.links).map(body).collect(),
-        chosen,
+        chosen: links.indices(robot)?,
         unknowns: space.space.parameters.iter().map(|p| p.name.clone()).collect(),
     })
 }
@@ -179,7 +179,7 @@ pub struct Explanation {
     pub settings: Vec<(String, String)>,
     /// Links that any rule depends on.
     pub links: Vec<String>,
-    /// Times the script ran: one for every way through its comparisons of unknowns.
+    /// Times the script ran: one for every link and way through its comparisons of unknowns.
     pub runs: usize,
     /// The point at which the margins were computed.
     pub sample: String,
@@ -279,46 +279,6 @@ fn explain_form(form: &Form, space: &LinkSpace, z: &[f64]) -> FormExplanation {
     }
 }
 
-impl fmt::Display for Explanation {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            f,
-            "{}: {} rules on {} of {}",
-            self.script,
-            self.rules.len(),
-            self.links.join(", "),
-            self.robot
-        )?;
-        for (name, value) in &self.settings {
-            writeln!(f, "  setting {name} = {value}")?;
-        }
-        if self.runs > 1 {
-            writeln!(f, "  ran {} times, once for every way through its comparisons of unknowns", self.runs)?;
-        }
-        writeln!(f, "  margins at {}:", self.sample)?;
-        for (rule, form) in self.rules.iter().flat_map(|r| r.forms.iter().map(move |form| (r, form))) {
-            let state = if form.holds { "holds" } else { "VIOLATED" };
-            writeln!(f, "  {}", form.label)?;
-            writeln!(
-                f,
-                "    line {}, {}: {state} by {:.6} {}",
-                rule.line,
-                form.kind,
-                form.margin.abs(),
-                form.unit
-            )?;
-            match &form.why {
-                None => writeln!(f, "    every engine takes it")?,
-                Some(why) => {
-                    writeln!(f, "    engines {}: {why};", form.engines.join(", "))?;
-                    writeln!(f, "    `lmi` leaves it out, and its bound is that of the relaxation")?;
-                }
-            }
-        }
-        Ok(())
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -351,7 +311,7 @@ mod tests {
     #[test]
     fn an_unknown_link_is_refused_with_the_known_ones() {
         let (robot, space) = two_link();
-        let error = subject(&robot, &space, Some(&["elbow".into()])).expect_err("no such link");
+        let error = subject(&robot, &space, &Links::Only(vec!["elbow".into()])).expect_err("no such link");
         assert!(error.to_string().contains("link1, link2"), "{error}");
     }
 

@@ -41,8 +41,10 @@ pub(super) struct Dialect {
     state: State,
     /// Functions by name.
     pub(super) functions: BTreeMap<String, Defined>,
-    /// Where loops begin.
-    pub(super) loops: Vec<Spot>,
+    /// Where loops begin and where functions call themselves: what may go on without end.
+    pub(super) repeats: Vec<Spot>,
+    /// The function that is being read.
+    inside: String,
     /// Names that `let`, `const` and `for` introduce.
     pub(super) variables: Vec<String>,
 }
@@ -104,7 +106,10 @@ impl Dialect {
     /// Keeps the names that the script defines, for error messages.
     fn note(&mut self, token: &Token, position: Position) {
         if matches!(token, Token::Loop | Token::While | Token::Do | Token::For) {
-            self.loops.push(spot(position));
+            self.repeats.push(spot(position));
+        }
+        if matches!(token, Token::Identifier(name) if **name == self.inside) {
+            self.repeats.push(spot(position));
         }
         let state = std::mem::take(&mut self.state);
         self.state = match (state, token) {
@@ -113,6 +118,7 @@ impl Dialect {
             (State::Function, Token::Identifier(name)) => {
                 let defined = Defined { spot: spot(position), arguments: Vec::new() };
                 self.functions.insert(name.to_string(), defined);
+                self.inside = name.to_string();
                 State::Arguments(name.to_string())
             }
             // `()` is one token.

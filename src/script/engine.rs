@@ -39,6 +39,11 @@ impl Default for Limits {
 const FORBIDDEN: [&str; 9] =
     ["eval", "import", "export", "print", "debug", "switch", "try", "catch", "private"];
 
+/// Longest list, with the lists in it. Lists nest no deeper, so that the stack holds what walks them.
+pub(super) const MOST_ENTRIES: usize = 1000;
+/// Longest text \[bytes\].
+pub(super) const MOST_LETTERS: usize = 4096;
+
 /// Operations between looks at the clock.
 const CLOCK_EVERY: u64 = 128;
 
@@ -108,8 +113,8 @@ fn sandbox(limits: &Limits, start: Instant) -> Engine {
     engine.set_max_operations(limits.operations);
     engine.set_max_call_levels(24);
     engine.set_max_expr_depths(64, 48);
-    engine.set_max_string_size(4096);
-    engine.set_max_array_size(10_000);
+    engine.set_max_string_size(MOST_LETTERS);
+    engine.set_max_array_size(MOST_ENTRIES);
     engine.set_max_map_size(1000);
     engine.set_max_variables(256);
     engine.set_max_functions(64);

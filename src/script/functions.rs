@@ -2,9 +2,10 @@
 
 use std::rc::Rc;
 
-use rhai::{Array, Dynamic, Engine, FnPtr, NativeCallContext};
+use rhai::{Array, Dynamic, Engine, FnPtr, ImmutableString, NativeCallContext};
 
 use super::elementary::Function;
+use super::engine::{MOST_ENTRIES, MOST_LETTERS};
 use super::graph::{Graph, Id};
 use super::tracer::{Answer, Demand, Matrix, Number, Relation, Shared, Tracer, Vector, fail, kind};
 
@@ -316,12 +317,7 @@ fn lists(engine: &mut Engine, shared: &Shared) {
     engine.register_fn("len", |list: &mut Array| list.len() as i64);
     engine.register_get("len", |list: &mut Array| list.len() as i64);
     engine.register_fn("is_empty", |list: &mut Array| list.is_empty());
-    engine.register_fn("push", |list: &mut Array, value: Dynamic| list.push(value));
-    engine.register_fn("+=", |list: &mut Array, more: Array| list.extend(more));
-    engine.register_fn("+", |mut list: Array, more: Array| {
-        list.extend(more);
-        list
-    });
+    growing(engine);
     engine.register_fn("map", |context: NativeCallContext, list: Array, f: FnPtr| -> Answer<Array> {
         list.into_iter().map(|v| f.call_within_context::<Dynamic>(&context, (v,))).collect()
     });
@@ -341,4 +337,39 @@ fn lists(engine: &mut Engine, shared: &Shared) {
         let id = usize::try_from(at).ok().and_then(|i| vector.0.get(i).copied());
         id.map(Number).ok_or_else(|| fail(format!("a vector of {} has no [{at}]", vector.0.len())))
     });
+}
+
+/// What grows says so itself where it would grow too large: rhai's own error has no place.
+fn growing(engine: &mut Engine) {
+    engine.register_fn("push", |list: &mut Array, value: Dynamic| -> Answer<()> {
+        list.push(value);
+        fits(list.len(), MOST_ENTRIES, "list", "entries")
+    });
+    engine.register_fn("+=", |list: &mut Array, more: Array| -> Answer<()> {
+        fits(list.len() + more.len(), MOST_ENTRIES, "list", "entries")?;
+        list.extend(more);
+        Ok(())
+    });
+    engine.register_fn("+", |mut list: Array, more: Array| -> Answer<Array> {
+        fits(list.len() + more.len(), MOST_ENTRIES, "list", "entries")?;
+        list.extend(more);
+        Ok(list)
+    });
+    engine.register_fn("+=", |text: &mut ImmutableString, more: ImmutableString| -> Answer<()> {
+        fits(text.len() + more.len(), MOST_LETTERS, "text", "letters")?;
+        *text += more;
+        Ok(())
+    });
+    engine.register_fn("+", |text: ImmutableString, more: ImmutableString| -> Answer<ImmutableString> {
+        fits(text.len() + more.len(), MOST_LETTERS, "text", "letters")?;
+        Ok(text + more)
+    });
+}
+
+fn fits(size: usize, most: usize, what: &str, of: &str) -> Answer<()> {
+    if size <= most {
+        Ok(())
+    } else {
+        Err(fail(format!("this {what} grows too large, to more than {most} {of}")))
+    }
 }

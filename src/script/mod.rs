@@ -114,6 +114,17 @@ impl Script {
         lower().map_err(|e: Error| e.in_file(&self.file))
     }
 
+    /// The script's own settings: what `with` may change. Its rules are not run.
+    ///
+    /// # Errors
+    /// As [`Script::lower`], for what shows without a robot.
+    pub fn settings(&self) -> Result<Settings> {
+        let (_, settings) = self
+            .machine(&Subject::default(), &Settings::new(), &Limits::default())
+            .map_err(|e| e.in_file(&self.file))?;
+        Ok(settings)
+    }
+
     /// An interpreter that computes every rule's margin at given points, branches and all: the oracle that
     /// the lowered forms are tested against, and 10 to 100 times slower than they are.
     ///
@@ -198,7 +209,7 @@ impl Machine {
                 return error;
             }
             let start = self.dialect.functions.get(function).map_or((1, 1), |d| d.spot);
-            let (line, column) = if let [only] = self.dialect.loops.as_slice() { *only } else { start };
+            let (line, column) = if let [only] = self.dialect.repeats.as_slice() { *only } else { start };
             error.at(line, column)
         })
     }

@@ -131,7 +131,7 @@ fn naming(graph: &Graph, stated: &Relation, demand: &Demand, label: String) -> N
         Demand::Psd { lower, .. } => lower.first().copied(),
     };
     let known = id.and_then(|id| graph.dimension(id)).map(|d| d.to_string());
-    let unit = stated.unit.clone().or(known).unwrap_or_default();
+    let unit = stated.unit.clone().or(known).filter(|u| !u.is_empty()).unwrap_or_else(|| "1".to_string());
     Naming { label, unit, scale: stated.scale }
 }
 

@@ -29,7 +29,7 @@ pub struct Body {
 }
 
 /// The robot a script is about.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Subject {
     /// Name in the robot file.
     pub name: String,

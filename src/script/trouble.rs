@@ -114,7 +114,7 @@ fn explain(error: &EvalAltResult, dialect: &Dialect, seconds: f64) -> Error {
             Error::new("functions call each other without end").help("at most 24 calls may be open at a time")
         }
         E::ErrorDataTooLarge(what, _) => Error::new(format!("a value grows too large: {what}"))
-            .help("texts end at 4096 letters, lists at 10000 entries"),
+            .help("texts end at 4096 letters, lists at 1000 entries"),
         E::ErrorTooManyVariables(_) => {
             Error::new("the script has too many variables").help("at most 256 may be in sight at a time")
         }

@@ -31,8 +31,9 @@ fn constrain(body: &str) -> String {
 fn what_never_ends_is_stopped() {
     let start = Instant::now();
     refused(&constrain("loop { let x = 1; }"), (2, 1), &["come to an end"]);
-    refused(&constrain("let a = [1]; loop { a += a; }\n[]"), (2, 21), &["grows too large"]);
-    refused(&constrain("let s = \"a\"; loop { s += s; }\n[]"), (2, 21), &["grows too large"]);
+    refused(&constrain("let a = [1]; loop { a += a; }\n[]"), (2, 23), &["grows too large"]);
+    refused(&constrain("let s = \"a\"; loop { s += s; }\n[]"), (2, 23), &["grows too large"]);
+    refused(&constrain("let a = []; loop { a.push(1); }\n[]"), (2, 22), &["grows too large"]);
     let nested = constrain("let a = []; loop { a = [a]; }\n[]");
     let error = forms(&nested).expect_err("nested").to_string();
     assert!(error.contains("test.rhai:"), "{error}");
