@@ -59,7 +59,7 @@ fn entry(about: &About) -> Entry<'static> {
 }
 
 fn all(global: &Global) -> Result<bool> {
-    let abouts: Vec<About> = CATALOGUE.iter().map(|about| about()).collect();
+    let abouts: Vec<About> = CATALOGUE.iter().map(|entry| entry.about).collect();
     if global.json {
         print_json(&abouts.iter().map(entry).collect::<Vec<_>>())?;
         return Ok(true);
@@ -71,7 +71,7 @@ fn all(global: &Global) -> Result<bool> {
 }
 
 fn one(name: &str, global: &Global) -> Result<bool> {
-    let abouts: Vec<About> = CATALOGUE.iter().map(|about| about()).collect();
+    let abouts: Vec<About> = CATALOGUE.iter().map(|entry| entry.about).collect();
     let Some(about) = abouts.iter().find(|a| a.name == name) else {
         let known: Vec<&str> = abouts.iter().map(|a| a.name).collect();
         return Err(

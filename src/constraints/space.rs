@@ -170,7 +170,8 @@ impl Chart for Barycentric {
             _ if link >= self.links => Some(Body::Affine(row(Affine::variable(coordinate), &one))),
             0 => Some(Body::Affine(row(at(0), &one))),
             1..=3 => Some(Body::Affine(row(at(member), &at(0)))),
-            4 | 7 | 9 if side == Side::Lower => {
+            // A fixed element has no interior that a Schur complement could describe.
+            4 | 7 | 9 if side == Side::Lower && about.lower < about.upper => {
                 let across = match member {
                     4 => [2, 3],
                     7 => [1, 3],

@@ -7,6 +7,7 @@ mod chart;
 pub mod checkpoint;
 mod cone;
 mod lmi;
+pub mod nlopt;
 mod objective;
 pub mod penalty;
 pub mod polish;

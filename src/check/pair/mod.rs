@@ -155,8 +155,7 @@ fn thinned(run: &Run) -> Run {
         dq: thin(&run.dq),
         ddq: thin(&run.ddq),
         tau: thin(&run.tau),
-        channels: std::collections::BTreeMap::new(),
-        row_filter: None,
+        ..Run::default()
     }
 }
 

@@ -142,8 +142,7 @@ impl Reading {
             name: run.name.clone(),
             dt: run.dt,
             start: run.start,
-            channels: std::collections::BTreeMap::new(),
-            row_filter: None,
+            ..Run::default()
         }
     }
 }

@@ -3,10 +3,10 @@
 /// Least eigenvalue of the `n x n` matrix whose lower triangle stands in `a` by rows; destroys `a`.
 pub(super) fn least_eigenvalue(a: &mut [f64], n: usize, room: &mut Vec<f64>) -> f64 {
     room.clear();
-    room.resize(3 * n, 0.0);
+    room.resize(4 * n, 0.0);
     let (diagonal, rest) = room.split_at_mut(n);
-    let (beside, vector) = rest.split_at_mut(n);
-    tridiagonal(a, n, diagonal, beside, vector);
+    let (beside, vectors) = rest.split_at_mut(n);
+    tridiagonal(a, n, diagonal, beside, vectors);
     if !ql(diagonal, beside) {
         return f64::NAN;
     }
@@ -15,7 +15,8 @@ pub(super) fn least_eigenvalue(a: &mut [f64], n: usize, room: &mut Vec<f64>) -> 
 
 /// Householder's reduction from the last row up (Golub and Van Loan, algorithm 8.3.1, mirrored); `beside[i]`
 /// couples `i` and `i - 1`.
-fn tridiagonal(a: &mut [f64], n: usize, diagonal: &mut [f64], beside: &mut [f64], v: &mut [f64]) {
+fn tridiagonal(a: &mut [f64], n: usize, diagonal: &mut [f64], beside: &mut [f64], vectors: &mut [f64]) {
+    let (u, v) = vectors.split_at_mut(n);
     for i in (1..n).rev() {
         let row = &a[i * n..i * n + i];
         let square: f64 = row.iter().map(|x| x * x).sum();
@@ -28,8 +29,7 @@ fn tridiagonal(a: &mut [f64], n: usize, diagonal: &mut [f64], beside: &mut [f64]
             continue;
         }
         // The reflection 1 - u uᵀ / half, with u = row - alpha e.
-        let mut u = [0.0; 16];
-        let u = &mut u[..i.min(16)];
+        let u = &mut u[..i];
         u.copy_from_slice(row);
         u[i - 1] -= alpha;
         for (r, slot) in v[..i].iter_mut().enumerate() {
@@ -101,7 +101,7 @@ mod tests {
         let mut stream = Stream::new(11, 0);
         let mut room = Vec::new();
         for case in 0..400 {
-            let n = 1 + case % 7;
+            let n = 1 + case % 20;
             let mut full = DMatrix::from_fn(n, n, |_, _| stream.normal());
             full = &full + full.transpose();
             if case % 3 == 0 {

@@ -91,7 +91,8 @@ impl RetrievalEngine for PenaltyEngine {
         };
         runs::all(&plan, |stream, monitor| {
             Search { engine: self, ground: &ground, polisher: &polisher, monitor, stream }.run()
-        })
+        })?
+        .best()
     }
 }
 
@@ -114,16 +115,18 @@ impl Search<'_> {
         for stage in 0..stages {
             let found = self.stage(stage, p, &best);
             let evaluations = best.evaluations + found.evaluations;
-            let worth = !settled(problem, &best, &found);
+            let before = best.objective;
+            let was_feasible = best.violation <= FEASIBLE;
             if better(&found, &best) {
                 best = found;
             }
             best.evaluations = evaluations;
+            let idle = was_feasible && before - best.objective <= WORTH * before.abs();
             if self.monitor.stop() {
                 return (best, false);
             }
             self.monitor.stage(&best);
-            if stage > 0 && !worth {
+            if (stage > 0 && idle) || vanishes(problem, &best) {
                 self.monitor.skip(stages - stage - 1);
                 break;
             }
@@ -136,8 +139,7 @@ impl Search<'_> {
     fn stage(&mut self, stage: usize, p: Vec<f64>, best: &Outcome) -> Outcome {
         let (problem, engine) = (self.ground.problem(), self.engine);
         let stop = || self.monitor.stop();
-        let scale = problem.objective.d.norm_squared().max(f64::MIN_POSITIVE);
-        let weight = scale * libm::pow(GROWTH, stage as f64);
+        let weight = weight(problem) * libm::pow(GROWTH, stage as f64);
         let mut walk = Walk::new(self.ground, engine.penalty, weight, p);
         let schedule =
             schedule(stage, walk.value(), best.objective - problem.objective.floor, engine.proposals);
@@ -162,10 +164,14 @@ fn schedule(stage: usize, value: f64, best: f64, proposals: usize) -> Schedule {
     Schedule { hot, cold, proposals }
 }
 
-/// Whether going on from `before` to `after` has brought nothing.
-fn settled(problem: &Problem, before: &Outcome, after: &Outcome) -> bool {
-    let scale = problem.objective.d.norm_squared();
-    let feasible = before.violation <= FEASIBLE;
-    let zero = before.objective - problem.objective.floor <= ZERO * scale;
-    feasible && (zero || before.objective - after.objective <= WORTH * before.objective.abs())
+/// Whether nothing is left of the objective that any search could take away.
+fn vanishes(problem: &Problem, best: &Outcome) -> bool {
+    let above = best.objective - problem.objective.floor;
+    best.violation <= FEASIBLE && above <= ZERO * problem.objective.d.norm_squared()
+}
+
+/// Size of the data: what a violation of 1 costs in the first stage.
+fn weight(problem: &Problem) -> f64 {
+    let squares = problem.objective.d.norm_squared();
+    if squares > 0.0 { squares } else { 1.0 }
 }

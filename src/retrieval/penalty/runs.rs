@@ -17,7 +17,7 @@ const ASK_EVERY: usize = 100;
 const SAVE_PARTS: usize = 20;
 
 /// What all runs of an engine have in common.
-pub(super) struct Plan<'a> {
+pub(in crate::retrieval) struct Plan<'a> {
     pub problem: &'a Problem,
     pub label: &'a str,
     pub runs: usize,
@@ -28,7 +28,7 @@ pub(super) struct Plan<'a> {
 }
 
 /// Carries word between runs and caller.
-pub(super) struct Monitor<'a> {
+pub(in crate::retrieval) struct Monitor<'a> {
     watch: &'a Watch<'a>,
     stopped: AtomicBool,
     questions: AtomicUsize,
@@ -38,13 +38,13 @@ pub(super) struct Monitor<'a> {
 }
 
 /// Measures a point as the audit does.
-pub(super) fn judge(problem: &Problem, z: Vec<f64>, evaluations: u64) -> Outcome {
+pub(in crate::retrieval) fn judge(problem: &Problem, z: Vec<f64>, evaluations: u64) -> Outcome {
     let violation = problem.forms.iter().map(|f| f.violation(&z)).fold(0.0, f64::max);
     Outcome { objective: problem.objective.value(&z), violation, z, evaluations }
 }
 
 /// Whether `a` is the better result: feasible first, then the objective; among infeasible ones the violation.
-pub(super) fn better(a: &Outcome, b: &Outcome) -> bool {
+pub(in crate::retrieval) fn better(a: &Outcome, b: &Outcome) -> bool {
     let rank = |o: &Outcome| {
         if !o.objective.is_finite() {
             (2, 0.0)
@@ -59,7 +59,7 @@ pub(super) fn better(a: &Outcome, b: &Outcome) -> bool {
 
 impl Monitor<'_> {
     /// Whether to stop; asks the caller now and then.
-    pub(super) fn stop(&self) -> bool {
+    pub(in crate::retrieval) fn stop(&self) -> bool {
         if self.questions.fetch_add(1, Ordering::Relaxed) % ASK_EVERY == ASK_EVERY - 1 {
             self.tell();
         }
@@ -67,7 +67,7 @@ impl Monitor<'_> {
     }
 
     /// Takes note of a stage that has ended at `outcome`.
-    pub(super) fn stage(&self, outcome: &Outcome) {
+    pub(in crate::retrieval) fn stage(&self, outcome: &Outcome) {
         {
             let mut best = self.best.lock().unwrap_or_else(PoisonError::into_inner);
             if best.as_ref().is_none_or(|b| better(outcome, b)) {
@@ -79,7 +79,7 @@ impl Monitor<'_> {
     }
 
     /// Stages that a run did not need.
-    pub(super) fn skip(&self, stages: usize) {
+    pub(in crate::retrieval) fn skip(&self, stages: usize) {
         self.stages_done.fetch_add(stages, Ordering::Relaxed);
     }
 
@@ -97,12 +97,12 @@ impl Monitor<'_> {
 }
 
 /// Uniform in the bounds of the search coordinates.
-pub(super) fn random_start(problem: &Problem, stream: &mut Stream) -> Vec<f64> {
+pub(in crate::retrieval) fn random_start(problem: &Problem, stream: &mut Stream) -> Vec<f64> {
     problem.chart.space().parameters.iter().map(|p| stream.between(p.lower, p.upper)).collect()
 }
 
 /// What a search needs of its settings and of a problem.
-pub(super) fn check(problem: &Problem, runs: usize, stages: usize) -> Result<()> {
+pub(in crate::retrieval) fn check(problem: &Problem, runs: usize, stages: usize) -> Result<()> {
     if runs == 0 || stages == 0 {
         let which = if runs == 0 { "runs" } else { "stages" };
         return Err(
@@ -131,10 +131,10 @@ pub(super) fn check(problem: &Problem, runs: usize, stages: usize) -> Result<()>
 
 /// Makes all runs that no checkpoint has; `one` is given the run's number and its random stream, and says
 /// whether it came to its end.
-pub(super) fn all(
+pub(in crate::retrieval) fn all(
     plan: &Plan<'_>,
     one: impl Fn(Stream, &Monitor<'_>) -> (Outcome, bool) + Sync,
-) -> Result<Retrieved> {
+) -> Result<Outcomes> {
     let mut kept: Vec<Option<Outcome>> = vec![None; plan.runs];
     if let Some(checkpoint) = plan.checkpoint {
         for (run, outcome) in checkpoint.load(plan.label, &plan.origin)? {
@@ -166,7 +166,13 @@ pub(super) fn all(
     let partial = open.par_iter().map(work).collect::<Result<Vec<_>>>()?;
     let kept = kept.into_inner().unwrap_or_else(PoisonError::into_inner);
     save(plan, &kept)?;
-    summary(plan, &kept, partial.into_iter().flatten())
+    let partial = partial.into_iter().flatten().collect();
+    Ok(Outcomes {
+        runs: plan.runs,
+        stages: plan.stages,
+        finished: kept.into_iter().flatten().collect(),
+        partial,
+    })
 }
 
 fn monitor<'a>(plan: &Plan<'a>, kept: &[Option<Outcome>]) -> Monitor<'a> {
@@ -190,38 +196,49 @@ fn save(plan: &Plan<'_>, kept: &[Option<Outcome>]) -> Result<()> {
     plan.checkpoint.map_or(Ok(()), |c| c.save(plan.label, &plan.origin, kept))
 }
 
-/// The best of all runs; of equals the first.
-fn summary(
-    plan: &Plan<'_>,
-    kept: &[Option<Outcome>],
-    partial: impl Iterator<Item = Outcome>,
-) -> Result<Retrieved> {
-    let finished = kept.iter().flatten().count();
-    let all: Vec<Outcome> = kept.iter().flatten().cloned().chain(partial).collect();
-    let mut best: Option<&Outcome> = None;
-    for outcome in &all {
-        if best.is_none_or(|b| better(outcome, b)) {
-            best = Some(outcome);
-        }
+/// What all runs found, in their order.
+#[derive(Debug, Clone)]
+pub(in crate::retrieval) struct Outcomes {
+    runs: usize,
+    stages: usize,
+    finished: Vec<Outcome>,
+    /// Of runs that were stopped.
+    partial: Vec<Outcome>,
+}
+
+impl Outcomes {
+    pub(in crate::retrieval) fn iter(&self) -> impl Iterator<Item = &Outcome> {
+        self.finished.iter().chain(&self.partial)
     }
-    let Some(best) = best else { return Err(Error::new("stopped before the first point was judged")) };
-    let feasible = all.iter().filter(|o| o.violation <= FEASIBLE).count();
-    let near =
-        |o: &&Outcome| o.violation <= FEASIBLE && o.objective <= best.objective + 0.01 * best.objective.abs();
-    let near = all.iter().filter(near).count();
-    let stopped = finished < plan.runs;
-    let begin = if stopped {
-        format!("stopped after {finished} of {} runs", plan.runs)
-    } else {
-        format!("{finished} runs")
-    };
-    Ok(Retrieved {
-        z: best.z.clone(),
-        runs: finished,
-        stages: plan.stages,
-        evaluations: all.iter().map(|o| o.evaluations).sum(),
-        status: format!("{begin}: {feasible} feasible, {near} within 1 % of the best"),
-        stopped,
-        lower_bound: None,
-    })
+
+    /// The best of all; of equals the first.
+    pub(in crate::retrieval) fn best(&self) -> Result<Retrieved> {
+        let mut best: Option<&Outcome> = None;
+        for outcome in self.iter() {
+            if best.is_none_or(|b| better(outcome, b)) {
+                best = Some(outcome);
+            }
+        }
+        let best = best.ok_or_else(|| Error::new("stopped before the first point was judged"))?;
+        let feasible = |o: &&Outcome| o.violation <= FEASIBLE;
+        let near = |o: &&Outcome| o.objective <= best.objective + 0.01 * best.objective.abs();
+        let finished = self.finished.len();
+        let stopped = finished < self.runs;
+        let begin = if stopped {
+            format!("stopped after {finished} of {} runs", self.runs)
+        } else {
+            format!("{finished} runs")
+        };
+        let (good, near) =
+            (self.iter().filter(feasible).count(), self.iter().filter(feasible).filter(near).count());
+        Ok(Retrieved {
+            z: best.z.clone(),
+            runs: finished,
+            stages: self.stages,
+            evaluations: self.iter().map(|o| o.evaluations).sum(),
+            status: format!("{begin}: {good} feasible, {near} within 1 % of the best"),
+            stopped,
+            lower_bound: None,
+        })
+    }
 }

@@ -6,12 +6,13 @@
 
 mod bounds;
 mod cholesky;
+mod equalities;
 mod newton;
 mod program;
 mod terms;
 
-use newton::{End, Newton};
-use program::{Curvature, Program, Relaxation};
+use newton::Newton;
+use program::{Program, Relaxation, Squares};
 
 use super::{Polished, Target};
 use crate::form::Form;
@@ -29,37 +30,30 @@ const INSET: f64 = 1e-3;
 #[derive(Debug)]
 pub(super) struct Interior<'a> {
     problem: &'a Problem,
-    curvature: Curvature,
+    squares: Squares<'a>,
 }
 
 impl<'a> Interior<'a> {
     pub(super) fn new(problem: &'a Problem) -> Self {
-        Self { problem, curvature: Curvature::new(&problem.objective) }
+        Self { problem, squares: Squares::new(&problem.objective) }
     }
 
     /// Improves coordinates `p` for a target.
     pub(super) fn run(&self, target: &Target<'_>, p: &[f64], stop: &dyn Fn() -> bool) -> Polished {
         let z = self.problem.chart.unknowns(&inset(self.problem, p));
         let forms: Vec<&Form> = self.problem.forms.iter().collect();
-        let (weight, square) = match target.penalty {
+        let weight = target.weight;
+        match target.penalty {
+            _ if weight.is_infinite() => self.strict(&forms, z, stop),
             // Almost everywhere a constant penalty is flat: a polish does not see it.
-            PenaltyForm::Constant => (0.0, false),
-            PenaltyForm::Linear => (target.weight, false),
-            PenaltyForm::Squared => (target.weight, true),
-        };
-        if target.weight.is_infinite() {
-            self.strict(&forms, z, stop)
-        } else if weight <= 0.0 {
-            self.follow(&self.program(&[], Relaxation::None), z, stop)
-        } else if square {
-            self.relaxed(&forms, z, Relaxation::Each { linear: 0.0, square: weight }, stop)
-        } else {
-            self.relaxed(&forms, z, Relaxation::Each { linear: weight, square: 0.0 }, stop)
+            PenaltyForm::Linear if weight > 0.0 => self.relaxed(&forms, z, [weight, 0.0], stop),
+            PenaltyForm::Squared if weight > 0.0 => self.relaxed(&forms, z, [0.0, weight], stop),
+            _ => self.follow(&self.program(&[], Relaxation::None), z, stop),
         }
     }
 
     fn program(&self, forms: &[&Form], relaxation: Relaxation) -> Program<'_> {
-        Program::new(self.problem, &self.curvature, forms, relaxation)
+        Program::new(&self.squares, self.problem.chart.as_ref(), forms, relaxation)
     }
 
     /// All forms hold strictly at the end, or the point is returned that comes nearest to that.
@@ -75,16 +69,17 @@ impl<'a> Interior<'a> {
 
     /// Phase 1: minimises the slack that all forms need until they hold without it.
     fn first_point(&self, forms: &[&Form], z: Vec<f64>, stop: &dyn Fn() -> bool) -> (Vec<f64>, u64, bool) {
-        let worst = forms.iter().map(|f| -f.margin(&z) / f.scale).fold(f64::NEG_INFINITY, f64::max);
-        if worst < 0.0 || !worst.is_finite() {
-            return (z, 1, worst < 0.0);
-        }
         let program = self.program(forms, Relaxation::Shared);
         let n = program.unknowns();
+        let (z, before) = self.onto_equations(&program, z, stop);
+        if Newton::new(&self.program(forms, Relaxation::None), z.clone()).is_some() {
+            return (z, before, true);
+        }
+        let worst = forms.iter().map(|f| -f.margin(&z) / f.scale).fold(0.0, f64::max);
         let slack = 1.1 * worst + 1e-9;
-        let mut x = z;
+        let mut x = z.clone();
         x.push(slack);
-        let Some(mut newton) = Newton::new(&program, x) else { return (Vec::new(), 1, false) };
+        let Some(mut newton) = Newton::new(&program, x) else { return (z, before, false) };
         let enough = -(0.1 * slack).min(1e-4);
         let mut asked = false;
         newton.follow(
@@ -97,12 +92,30 @@ impl<'a> Interior<'a> {
         );
         let inside = newton.x[n] < 0.0 && !asked;
         newton.x.truncate(n);
-        (std::mem::take(&mut newton.x), newton.evaluations, inside)
+        (std::mem::take(&mut newton.x), before + newton.evaluations, inside)
+    }
+
+    /// Moves `z` within the bounds until the equations hold, then onto them to the last digit.
+    fn onto_equations(&self, program: &Program<'_>, z: Vec<f64>, stop: &dyn Fn() -> bool) -> (Vec<f64>, u64) {
+        let equalities = program.equalities();
+        if equalities.is_empty() {
+            return (z, 0);
+        }
+        let defect = equalities.defect();
+        let squares = Squares::new(&defect);
+        let bounds = program.within_bounds(&squares);
+        let Some(mut newton) = Newton::new(&bounds, z.clone()) else { return (z, 1) };
+        let start = bounds.cost(&z).max(f64::MIN_POSITIVE);
+        newton.follow(start / bounds.degree(), |_| 1e-16 * start, |_| stop());
+        let mut z = std::mem::take(&mut newton.x);
+        equalities.project(&mut z);
+        (z, newton.evaluations)
     }
 
     /// The exterior penalty as a smooth program: one slack per form.
-    fn relaxed(&self, forms: &[&Form], z: Vec<f64>, how: Relaxation, stop: &dyn Fn() -> bool) -> Polished {
-        let program = self.program(forms, how);
+    fn relaxed(&self, forms: &[&Form], z: Vec<f64>, cost: [f64; 2], stop: &dyn Fn() -> bool) -> Polished {
+        let [linear, square] = cost;
+        let program = self.program(forms, Relaxation::Each { linear, square });
         let mut x = z.clone();
         x.extend(forms.iter().map(|f| (-1.1 * f.margin(&z) / f.scale).max(0.0) + 1e-3));
         let mut polished = self.follow(&program, x, stop);
@@ -112,12 +125,11 @@ impl<'a> Interior<'a> {
 
     fn follow(&self, program: &Program<'_>, x: Vec<f64>, stop: &dyn Fn() -> bool) -> Polished {
         let least = LEAST * self.problem.objective.d.norm_squared().max(f64::MIN_POSITIVE);
-        let start = (program.cost(&x)).max(least);
+        let start = program.cost(&x).max(least);
         let Some(mut newton) = Newton::new(program, x.clone()) else {
             return Polished { z: x, evaluations: 1 };
         };
-        let end = newton.follow(0.1 * start / program.degree(), |cost| (GAP * cost).max(least), |_| stop());
-        debug_assert!(end == End::Path || stop());
+        newton.follow(start / program.degree(), |cost| (GAP * cost).max(least), |_| stop());
         Polished { z: newton.x, evaluations: newton.evaluations }
     }
 }

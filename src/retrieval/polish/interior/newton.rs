@@ -5,7 +5,7 @@ use super::program::{Program, Room};
 use super::terms::Slopes;
 
 /// Newton steps for one weight of the barrier.
-const STEPS: usize = 40;
+const STEPS: usize = 200;
 /// By how much the weight of the barrier falls from centre to centre.
 const FALL: f64 = 0.05;
 /// A centre is near enough when a Newton step promises less than this times the weight of the barrier.
@@ -27,15 +27,6 @@ pub(super) struct Newton<'a, 'p> {
     pub evaluations: u64,
 }
 
-/// How a walk along the path ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum End {
-    /// At the smallest weight of the barrier.
-    Path,
-    /// Because the caller said so.
-    Asked,
-}
-
 impl<'a, 'p> Newton<'a, 'p> {
     /// Starts at `x`; `None` when that is not in the domain of the program.
     pub(super) fn new(program: &'a Program<'p>, x: Vec<f64>) -> Option<Self> {
@@ -55,34 +46,26 @@ impl<'a, 'p> Newton<'a, 'p> {
         })
     }
 
-    /// Follows the path from the weight `mu` until `goal(cost)` is reached, asking `stop` after every step.
+    /// Follows the path from the weight `mu` until the gap is `goal(cost)`; asks `stop` after every step.
     pub(super) fn follow(
         &mut self,
         mut mu: f64,
         goal: impl Fn(f64) -> f64,
         mut stop: impl FnMut(&[f64]) -> bool,
-    ) -> End {
+    ) {
         loop {
             for _ in 0..STEPS {
                 let moved = self.step(mu);
                 if stop(&self.x[..]) {
-                    return End::Asked;
+                    return;
                 }
                 if !moved {
                     break;
                 }
             }
             let last = goal(self.program.cost(&self.x)) / self.program.degree();
-            if std::env::var("DBG").is_ok() {
-                eprintln!(
-                    "DBG mu {mu:e} last {last:e} cost {:e} ev {} slope {:e}",
-                    self.program.cost(&self.x),
-                    self.evaluations,
-                    dot(&self.gradient, &self.direction)
-                );
-            }
             if mu <= last {
-                return End::Path;
+                return;
             }
             mu = (FALL * mu).max(0.99 * last);
         }
@@ -118,6 +101,7 @@ impl<'a, 'p> Newton<'a, 'p> {
             if factor(&mut self.factor, n) {
                 self.direction.iter_mut().zip(&self.gradient).for_each(|(d, g)| *d = -g);
                 solve(&self.factor, n, &mut self.direction);
+                self.program.equalities().restrict(&self.factor, n, &mut self.direction);
                 return self.direction.iter().all(|d| d.is_finite());
             }
             ridge = if ridge > 0.0 { 100.0 * ridge } else { 1e-14 };

@@ -127,6 +127,14 @@ impl Term {
         }
     }
 
+    /// The condition of an affine term.
+    pub(super) fn affine(&self) -> Option<&Affine> {
+        match self {
+            Self::Affine(row) => Some(row),
+            _ => None,
+        }
+    }
+
     /// Weight of the term in the duality gap: a gap of `mu` times this remains at the end.
     pub(super) fn degree(&self) -> f64 {
         match self {
