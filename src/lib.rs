@@ -6,6 +6,7 @@ pub mod constraints;
 pub mod effects;
 pub mod error;
 pub mod excitation;
+pub mod export;
 pub mod form;
 pub mod identify;
 pub mod kernels;

@@ -65,9 +65,7 @@ fn every_constraint_of_the_catalogue_keeps_its_promises() {
     for name in &names {
         assert!(samples.iter().any(|c| c.ron.contains(&format!("\"{name}\""))), "no sample of {name}");
     }
-    // Known defect: the reported margin of twins depends on unknowns that its support leaves out.
-    let twins = |ron: &str| ron.contains("mirrored_links") || ron.contains("equal_links");
-    for case in samples.into_iter().filter(|c| !twins(c.ron)) {
+    for case in samples {
         conformance::constraint(case.ron, &case.robot, Path::new(FIXTURES), &[case.good])
             .unwrap_or_else(|e| panic!("{}: {e}", case.ron));
     }

@@ -74,6 +74,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("retrieval", vec!["space", "form", "random"]),
         ("constraints", vec!["space", "form", "retrieval", "robot", "script"]),
         ("script", vec!["space", "form"]),
+        ("export", vec!["identify", "model_file", "robot"]),
         ("report", vec!["identify", "retrieval", "robot"]),
         (
             "scenario",

@@ -5,6 +5,8 @@ mod parse;
 mod tree;
 mod xml;
 
+pub(crate) use parse::with_document;
+
 use std::collections::HashMap;
 
 use nalgebra::Vector3;
