@@ -66,6 +66,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
                 "constraints",
                 "random",
                 "script",
+                "space",
             ],
         ),
         ("model_file", vec!["effects", "identify", "model", "robot", "signals"]),

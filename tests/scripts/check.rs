@@ -69,3 +69,24 @@ fn a_wrong_script_is_shown_with_its_place() {
         assert!(problem.unusable && problem.text.contains("bad.rhai") && problem.text.contains("help:"));
     }
 }
+
+#[test]
+fn a_scenario_is_told_where_its_script_is_wrong() {
+    let report = file(Path::new("scenarios/two_link.ron"), &Options::default());
+    println!("{}", report.text());
+    assert!(report.is_sound(), "{:?}", report.problems);
+    assert!(report.text().contains("script: 1 conditions, 1 of them not for `lmi`"), "{}", report.text());
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("study.ron");
+    let robot = std::fs::read_to_string("robots/two_link.ron").expect("reads");
+    std::fs::write(folder.path().join("arm.ron"), robot).expect("writes");
+    let wrong = "fn constrain_link(robot, link, with) {\n    [ link.mas >= 1.0 ]\n}";
+    std::fs::write(folder.path().join("wrong.rhai"), wrong).expect("writes");
+    let study = "(robot: \"arm.ron\", logs: Simulated((motion: Random(harmonics: 3, period_s: 5.0, amplitude: 0.5), \
+                 duration_s: 5.0)), constraints: [{\"script\": (path: \"wrong.rhai\")}, {\"script\": (path: \"gone.rhai\")}])";
+    std::fs::write(&path, study).expect("writes");
+    let report = file(&path, &Options::default());
+    let texts: Vec<&str> = report.problems.iter().map(|p| p.text.as_str()).collect();
+    assert_eq!(texts.len(), 2, "{texts:?}");
+    assert!(texts[0].contains("gone.rhai") && texts[1].contains("wrong.rhai:2:12"), "{texts:?}");
+}
