@@ -9,11 +9,10 @@ use crate::model::Model;
 use crate::predict::predict;
 use crate::report::{FrictionResult, NamedValue};
 use crate::robot::JointKind;
-use crate::scenario::Published;
 
-use super::Study;
 use super::moving::FromLogs;
 use super::statics::FromPoses;
+use super::{Study, published};
 
 impl Study<'_> {
     pub(super) fn friction_path(
@@ -26,9 +25,7 @@ impl Study<'_> {
         let rigid = Model::new(&self.robot, vec![Box::new(RigidBody::default())])?;
         let base = crate::identify::BaseParameters::new(&self.robot);
         let x = match (&file, poses) {
-            (Some(file), _) => {
-                Published::open(&self.folder.join(file))?.values(&base).map_err(|e| e.in_file(file))?
-            }
+            (Some(file), _) => published(&self.folder, file, &base)?.1,
             (None, Some(poses)) => poses.coefficients.clone(),
             (None, None) => return Ok(Vec::new()),
         };
