@@ -22,6 +22,7 @@ pub mod report;
 pub mod retrieval;
 pub mod robot;
 pub mod scenario;
+pub mod script;
 pub mod signals;
 pub mod simulate;
 pub mod space;
