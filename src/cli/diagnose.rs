@@ -225,7 +225,8 @@ impl Diagnose {
                 None => format!("lacuna diagnose {what} --out DIR   keeps the model"),
             },
         };
-        text + &format!("next     {step}\n")
+        text += &format!("next     {step}\n");
+        text
     }
 }
 

@@ -96,7 +96,7 @@ mod tests {
             assert_eq!(joints, again);
         }
         let typo = crate::text::from_ron::<Joints>("Al").expect_err("a typo must not pass");
-        assert!(typo.to_string().contains("`All` or `Only`"), "{typo}");
+        assert!(typo.to_string().contains("known names: All, Only"), "{typo}");
         Ok(())
     }
 }

@@ -62,7 +62,8 @@ fn joints(d: &Diagnosis) -> String {
         );
     }
     let pooled = d.baseline.held_out_relative_error_percent.map_or("-".to_string(), |p| format!("{p:.3} %"));
-    text + &format!("  pooled {pooled} with {}\n", d.baseline.effects.join(" + "))
+    text += &format!("  pooled {pooled} with {}\n", d.baseline.effects.join(" + "));
+    text
 }
 
 fn missing(m: &Missing) -> String {
