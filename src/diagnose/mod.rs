@@ -17,6 +17,7 @@
 
 mod answer;
 mod candidates;
+mod choosing;
 mod closing;
 mod data;
 mod doubts;
