@@ -112,7 +112,7 @@ impl Diagnose {
     fn from_scenario(&self, file: &Path) -> Result<Inputs> {
         let scenario = Scenario::open(file)?;
         let folder = file.parent().unwrap_or(Path::new(".")).to_path_buf();
-        let robot_path = folder.join(&scenario.robot);
+        let robot_path = plain(&folder.join(&scenario.robot));
         let mut robot = open_robot(&robot_path, self.gravity.as_deref())?;
         if let (Some(gravity), None) = (scenario.gravity, &self.gravity) {
             robot = robot.with_gravity(nalgebra::Vector3::from(gravity));
@@ -265,4 +265,19 @@ fn folds(hold_out: HoldOut, runs: &[Run]) -> Result<Folds> {
         HoldOut::SamePhase { period_s, folds } => Folds::same_phase(&rows, period_s, folds),
         HoldOut::Contiguous { block_s, folds } => Folds::contiguous(&rows, block_s, folds),
     }
+}
+
+/// A path for people: without `name/..`.
+fn plain(path: &Path) -> PathBuf {
+    let mut short = PathBuf::new();
+    for part in path.components() {
+        let back = part == std::path::Component::ParentDir
+            && matches!(short.components().next_back(), Some(std::path::Component::Normal(_)));
+        if back {
+            short.pop();
+        } else {
+            short.push(part);
+        }
+    }
+    short
 }
