@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
-use super::effect::{Moment, PlantEffect};
 use super::PerJoint;
+use super::effect::{Moment, PlantEffect};
 use crate::error::{Error, Result};
 
 /// Fastest motion for which the steepness is reckoned [rad/s, m/s].

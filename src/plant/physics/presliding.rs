@@ -73,7 +73,8 @@ impl PlantEffect for PreslidingHysteresis {
             "presliding friction has `static_ratio` {} and `damping` {}",
             self.static_ratio, self.damping
         );
-        Err(Error::new(what).help("breaking loose takes at least as much as sliding (1), damping is 0 or more"))
+        Err(Error::new(what)
+            .help("breaking loose takes at least as much as sliding (1), damping is 0 or more"))
     }
 
     fn add_load(&self, now: &Moment, load: &mut [f64]) {
