@@ -58,9 +58,6 @@ fn effects_are_as_strong_as_asked_for() -> Result<()> {
     let all = [
         choice("torque_ripple", 3, 3.0),
         choice("coulomb_friction", 2, 3.0),
-        choice("torque_gain", 6, 3.0),
-        choice("base_tilt", 1, 3.0),
-        choice("channel_driven", 4, 3.0),
     ];
     for chosen in all {
         let (start, family) = (Instant::now(), chosen.family.name);
