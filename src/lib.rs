@@ -23,6 +23,7 @@ pub mod robot;
 pub mod scenario;
 pub mod script;
 pub mod signals;
+pub mod simulate;
 pub mod space;
 pub mod study;
 pub mod text;
