@@ -49,8 +49,8 @@ fn examine(path: &Path, options: &Options, report: &mut Report) -> Result<()> {
         Kind::ColumnMap => column_map(path, options, report),
         Kind::Model => model(path, options, report),
         Kind::Coefficients => coefficients(path, options, report),
-        Kind::Experiment => experiment(path, report),
         Kind::Script => script::examine(path, options, report),
+        Kind::Experiment => experiment(path, report),
     }
 }
 
