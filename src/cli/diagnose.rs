@@ -73,8 +73,8 @@ impl Diagnose {
                 return Err(Error::new("both a scenario and --robot are given")
                     .help("give the scenario, or --robot and --data"));
             }
-            (Some(file), None) => self.from_scenario(file)?,
-            (None, Some(robot)) => self.from_flags(robot)?,
+            (Some(file), None) => self.in_scenario(file)?,
+            (None, Some(robot)) => self.in_flags(robot)?,
             (None, None) => {
                 return Err(Error::new("nothing to diagnose")
                     .help("lacuna diagnose FILE.ron, or lacuna diagnose --robot R --data A.csv"));
@@ -109,7 +109,7 @@ impl Diagnose {
         Ok(outcome.diagnosis.verdict != lacuna::diagnose::Verdict::Undecided)
     }
 
-    fn from_scenario(&self, file: &Path) -> Result<Inputs> {
+    fn in_scenario(&self, file: &Path) -> Result<Inputs> {
         let scenario = Scenario::open(file)?;
         let folder = file.parent().unwrap_or(Path::new(".")).to_path_buf();
         let robot_path = plain(&folder.join(&scenario.robot));
@@ -156,7 +156,7 @@ impl Diagnose {
         })
     }
 
-    fn from_flags(&self, path: &Path) -> Result<Inputs> {
+    fn in_flags(&self, path: &Path) -> Result<Inputs> {
         let robot = open_robot(path, self.gravity.as_deref())?;
         if self.data.is_empty() {
             return Err(Error::new("no log to explain").help("give --data A.csv"));
