@@ -24,20 +24,36 @@ pub(super) fn run(file: &Path, data: Vec<PathBuf>, global: &Global, console: &Co
         print_json(&outcome.report)?;
     } else {
         print(&report::render(&outcome.report))?;
-        print(&next_steps(&out, outcome.model.is_some()))?;
+        print(&next_steps(file, &out, outcome.model.is_some()))?;
     }
     Ok(true)
 }
 
-fn next_steps(out: &Path, has_model: bool) -> String {
+fn next_steps(scenario: &Path, out: &Path, has_model: bool) -> String {
     let report = out.join("report.json");
     let mut text = format!("\nwritten  {}", report.display());
     if has_model {
         text += &format!(", {}", out.join("model.ron").display());
         text += &format!(
-            "\nnext     lacuna compare {} --robot R --data LOG.csv",
-            out.join("model.ron").display()
+            "\nnext     lacuna compare {} --robot {} --data LOG.csv\n         predicts another log; nothing is \
+             fitted",
+            out.join("model.ron").display(),
+            robot_of(scenario).display()
         );
     }
     text + "\n"
+}
+
+/// Where the scenario's robot is, as seen from here.
+fn robot_of(scenario: &Path) -> PathBuf {
+    let Ok(study) = lacuna::scenario::Scenario::open(scenario) else { return PathBuf::from("ROBOT") };
+    let mut path = PathBuf::new();
+    for part in scenario.parent().unwrap_or(Path::new("")).join(study.robot).components() {
+        // `scenarios/../robots` is `robots`; a folder that is a link elsewhere is not worth the detour here.
+        let goes_back = part == std::path::Component::ParentDir;
+        if !(goes_back && path.file_name().is_some() && path.pop()) {
+            path.push(part);
+        }
+    }
+    path
 }

@@ -78,8 +78,8 @@ impl Study<'_> {
         };
         let forms = forms(&self.robot, &space, &self.scenario.constraints)?;
         let search = search_space(&self.robot, &space, &self.scenario.constraints)?;
-        for assumed in search.assumed {
-            self.warn(format!("no constraint bounds the search: {assumed}"));
+        if !search.assumed.is_empty() {
+            self.warn(format!("no constraint bounds the search in: {}", search.assumed.join(", ")));
         }
         let chart = Box::new(search.chart);
         let problem = Problem { space: space.space.clone(), objective, forms, chart, seed: self.seed };
