@@ -220,8 +220,7 @@ fn constraints(path: &Path, options: &Options, report: &mut Report) -> Result<()
             Some(robot) => {
                 let one = forms(robot, &LinkSpace::new(robot, &[]), std::slice::from_ref(&constraint));
                 let one = one.map_err(|e| text::placed(e, path))?;
-                let convex =
-                    if one.iter().all(crate::form::Form::is_convex) { "convex" } else { "not convex" };
+                let convex = if one.iter().all(|form| form.is_convex()) { "convex" } else { "not convex" };
                 format!(" ({} conditions, {convex})", one.len())
             }
         };

@@ -210,7 +210,10 @@ fn one_engine(name: &str, global: &Global) -> Result<bool> {
     for line in lacuna::report::wrap(entry.text, 78) {
         text += &format!("{line}\n");
     }
-    text += &format!("\ntakes: {}\n", entry.takes);
+    text.push('\n');
+    for line in lacuna::report::wrap(&format!("takes: {}", entry.takes), 78) {
+        text += &format!("{line}\n");
+    }
     if !entry.available {
         text += "not in this build\n";
     }
