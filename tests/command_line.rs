@@ -107,10 +107,11 @@ fn engines_give_the_same_bits_on_any_number_of_threads() {
 fn engines_are_listed_and_explained() {
     let folder = Folder::new();
     let all = folder.run(&["list", "engines"]).out;
+    assert!(all.lines().all(|line| line.chars().count() <= 80), "{all}");
     for name in ["penalty", "penalty_paper", "lmi", "nlopt"] {
         assert!(all.lines().any(|line| line.starts_with(&format!("{name} "))), "{all}");
         let one = folder.run(&["list", "engines", name]);
-        assert!(one.code == Some(0) && one.out.contains("  label: None"), "{}{}", one.out, one.err);
+        assert!(one.code == Some(0) && one.out.contains("  label: not set"), "{}{}", one.out, one.err);
         assert!(one.out.lines().all(|line| line.chars().count() <= 80), "{}", one.out);
         assert_eq!(json(&folder.run(&["list", "engines", name, "--json"]))["name"], name);
     }

@@ -219,7 +219,8 @@ fn one_engine(name: &str, global: &Global) -> Result<bool> {
     }
     text += "\nsettings, as they are when a scenario does not say otherwise\n";
     for setting in &entry.settings {
-        text += &format!("  {}: {}\n      {}\n", setting.name, setting.usual, setting.meaning);
+        let usual = if setting.usual == "None" { "not set" } else { &setting.usual };
+        text += &format!("  {}: {usual}\n      {}\n", setting.name, setting.meaning);
     }
     text += &format!("\nin a scenario: engines: [{{\"{name}\": ()}}]\n");
     print(&text)?;

@@ -27,7 +27,7 @@ const PENALTY: (&str, &str) = ("penalty", "measure of a violation: Constant, Lin
 pub const CATALOGUE: [EngineAbout; 4] = [
     EngineAbout {
         name: "penalty",
-        title: "random starts, annealing with penalties, polish; takes every constraint",
+        title: "random starts, annealing with penalties, polish",
         text: "Algorithm 1 of Gaz et al. 2019 with cheap coordinate moves and a polish that knows the \
                constraints. The one to start with, and the only kind where constraints are not convex. It \
                finds no proof that its answer is the best; the spread over its runs is a hint, and `lmi` on \
@@ -62,7 +62,7 @@ pub const CATALOGUE: [EngineAbout; 4] = [
     },
     EngineAbout {
         name: "lmi",
-        title: "semidefinite program: the global optimum of convex constraints, with a bound",
+        title: "global optimum under convex constraints, with a certified bound",
         text: "Linear matrix inequalities solved by an interior-point method (Wensing, Kim and Slotine 2018; \
                Sousa and Cortesao 2014). Milliseconds, no random draws, and a certified lower bound on what \
                any engine can reach.",
@@ -76,7 +76,7 @@ pub const CATALOGUE: [EngineAbout; 4] = [
     },
     EngineAbout {
         name: "nlopt",
-        title: "NLopt's local solvers from random starts, as a yardstick; needs the feature nlopt",
+        title: "NLopt's local solvers, as a yardstick (feature `nlopt`)",
         text: "The local solvers of Steven Johnson's NLopt on the same problem. Only in a build with \
                `--features nlopt`, which needs CMake and a C compiler; the library contains code under the \
                LGPL.",
