@@ -32,7 +32,7 @@ pub enum Kind {
     Coefficients,
     /// List of constraints.
     Constraints,
-    /// Script.
+    /// Script of constraints.
     Script,
     /// Plant and logs to simulate.
     Experiment,
@@ -51,7 +51,7 @@ impl Kind {
             Self::Model => "a finished model",
             Self::Coefficients => "published coefficients",
             Self::Constraints => "a list of constraints",
-            Self::Script => "a script",
+            Self::Script => "a script of constraints",
             Self::Experiment => "a plant to simulate",
         }
     }
