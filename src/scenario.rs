@@ -268,8 +268,19 @@ impl Scenario {
                     Error::new("`logs` names no file to fit").help("list at least one CSV under `fit`")
                 );
             }
+            Some(Logs::Files { fit, validate, .. }) => {
+                if let Some(both) = validate.iter().find(|file| fit.contains(file)) {
+                    return Err(Error::new(format!(
+                        "`{}` stands under `fit` and under `validate`",
+                        both.display()
+                    ))
+                    .help(
+                        "validate with a log that is not fitted; folds are held out of fitted logs anyway",
+                    ));
+                }
+            }
             Some(Logs::Simulated(simulated)) => simulated.check()?,
-            _ => {}
+            None => {}
         }
         if let Some(friction) = &self.friction {
             if self.logs.is_none() {
