@@ -2,14 +2,15 @@
 //! wrongly.
 
 use lacuna::effects::{
-    BaseTilt, Effect, JointZeroError, Joints, RigidBody, RotorInertia, TorqueOffset, ViscousFriction,
+    BaseTilt, Effect, JointElasticity, JointZeroError, Joints, RigidBody, RotorInertia, TimeDelay,
+    TorqueOffset, ViscousFriction,
 };
 use lacuna::excitation::FourierMotion;
 use lacuna::identify::{Weighting, fit, settle};
 use lacuna::model::Model;
 use lacuna::plant::{self, PerJoint, Plant, Truth};
 use lacuna::robot::Robot;
-use lacuna::signals::{Folds, Run};
+use lacuna::signals::{Folds, Run, central_difference};
 use nalgebra::Vector3;
 
 use crate::common::robot;
@@ -90,6 +91,38 @@ fn a_leaning_base() {
     let values = found(&robot, &truth, vec![Box::new(BaseTilt {})]);
     near(values[0], x, 0.05);
     near(values[1], y, 0.05);
+}
+
+#[test]
+fn a_late_torque() {
+    let robot = robot("panda.ron");
+    let mut truth = truth(&plant(&robot), &robot);
+    let (dt, late) = (truth.t[1] - truth.t[0], 1);
+    for tau in &mut truth.tau {
+        tau.rotate_right(late);
+        let first = tau[late];
+        tau[..late].fill(first);
+    }
+    near(found(&robot, &truth, vec![Box::new(TimeDelay::default())])[0], late as f64 * dt, 0.05);
+}
+
+#[test]
+fn a_yielding_gear() {
+    let robot = robot("panda.ron");
+    let mut truth = truth(&plant(&robot), &robot);
+    let (dt, compliance, j) = (truth.t[1] - truth.t[0], 1e-5, 3);
+    let samples = truth.t.len();
+    // The motor is ahead of the link by what the link's torque twists; its friction is not passed on.
+    let ahead: Vec<f64> =
+        (0..samples).map(|k| compliance * (truth.tau[j][k] - VISCOUS * truth.dq[j][k] - OFFSET)).collect();
+    let rate = central_difference(&ahead, dt);
+    let bend = central_difference(&rate, dt);
+    for k in 0..samples {
+        truth.q[j][k] += ahead[k];
+        truth.dq[j][k] += rate[k];
+        truth.ddq[j][k] += bend[k];
+    }
+    near(found(&robot, &truth, vec![Box::new(JointElasticity { joints: joint(4) })])[0], compliance, 0.05);
 }
 
 #[test]
