@@ -34,7 +34,8 @@ fn a_model_file_repeats_the_errors_of_its_study() {
     );
     let path = folder.path().join("gain.ron");
     std::fs::write(&path, scenario).expect("writes");
-    let options = study::Options { data: Vec::new(), seed: None, progress: &mut |_| {} };
+    let mut progress = |_: &str| {};
+    let options = study::Options::new(&mut progress);
     let outcome = study::run(&path, options).expect("runs");
     assert!(outcome.report.warnings.iter().all(|w| !w.contains("settle")), "{:?}", outcome.report.warnings);
 
