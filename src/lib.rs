@@ -21,6 +21,7 @@ pub mod report;
 pub mod retrieval;
 pub mod robot;
 pub mod scenario;
+pub mod script;
 pub mod signals;
 pub mod simulate;
 pub mod space;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::report::{Problem, Report, Section};
-use super::{Kind, LogFacts, RobotFacts, fields, kind, log, log_against_robot, scenario};
+use super::{Kind, LogFacts, RobotFacts, fields, kind, log, log_against_robot, scenario, script};
 use crate::error::{Error, Result};
 use crate::identify::BaseParameters;
 use crate::log::{ColumnMap, Log, StaticPoses};
@@ -16,7 +16,7 @@ use crate::text;
 /// What may be given beside the file.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
-    /// Robot to check a log, poses, a model or coefficients against.
+    /// Robot to check a log, poses, a model, coefficients or a script against.
     pub robot: Option<PathBuf>,
     /// Log to check a robot against.
     pub data: Option<PathBuf>,
@@ -49,11 +49,8 @@ fn examine(path: &Path, options: &Options, report: &mut Report) -> Result<()> {
         Kind::ColumnMap => column_map(path, options, report),
         Kind::Model => model(path, options, report),
         Kind::Coefficients => coefficients(path, options, report),
+        Kind::Script => script::examine(path, options, report),
         Kind::Experiment => experiment(path, report),
-        Kind::Script => {
-            report.remarks.push("scripts come with a later version; this one reads none".into());
-            Ok(())
-        }
     }
 }
 

@@ -30,7 +30,7 @@ pub enum Kind {
     Model,
     /// Published coefficients.
     Coefficients,
-    /// Script.
+    /// Script of constraints.
     Script,
     /// Plant and logs to simulate.
     Experiment,
@@ -48,7 +48,7 @@ impl Kind {
             Self::ColumnMap => "a column map",
             Self::Model => "a finished model",
             Self::Coefficients => "published coefficients",
-            Self::Script => "a script",
+            Self::Script => "a script of constraints",
             Self::Experiment => "a plant to simulate",
         }
     }
@@ -74,6 +74,9 @@ const FIELDS: [(Kind, &[&str]); 6] = [
             "weighting",
             "gravity",
             "drop_above_percent",
+            "constraints",
+            "presets",
+            "engines",
         ],
     ),
     (

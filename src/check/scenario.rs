@@ -4,11 +4,13 @@ use std::path::{Path, PathBuf};
 
 use super::file::{Options, against, describe, open_robot};
 use super::report::{Problem, Report, Section};
+use crate::constraints::{self, LinkSpace};
 use crate::error::{Error, Result};
 use crate::identify::BaseParameters;
 use crate::log::{ColumnMap, StaticPoses};
 use crate::robot::Robot;
-use crate::scenario::{Logs, Poses, Published, Scenario};
+use crate::scenario::{Logs, Objective, Poses, Published, Scenario};
+use crate::space::Parameter;
 use crate::text;
 
 /// A scenario being looked at.
@@ -20,7 +22,7 @@ struct Look<'a> {
 
 pub(super) fn examine(path: &Path, options: &Options, report: &mut Report) -> Result<()> {
     // Read without its own checks first, so that what it names is looked at even where these fail.
-    let scenario: Scenario = text::from_ron(&text::read(path)?).map_err(|e| e.in_file(path))?;
+    let mut scenario: Scenario = text::from_ron(&text::read(path)?).map_err(|e| e.in_file(path))?;
     if let Err(error) = Scenario::open(path) {
         report.problems.push(Problem::new(error, true));
     }
@@ -32,6 +34,7 @@ pub(super) fn examine(path: &Path, options: &Options, report: &mut Report) -> Re
     let gravity = options.gravity.or(scenario.gravity);
     let robot = look.robot(&scenario, gravity);
     look.files(&scenario, robot.as_ref());
+    look.constraints(&mut scenario, robot.as_ref().map(|(r, _)| r));
     if !look.report.problems.is_empty() {
         look.report.next = vec!["mend what is marked x, and check again".into()];
     }
@@ -71,6 +74,10 @@ fn steps(scenario: &Scenario) -> Vec<String> {
         let from = friction.coefficients.as_ref().map_or("the poses".into(), |c| c.display().to_string());
         lines.push(format!("freeze the rigid part of {from} and fit sigmoid friction to the rest"));
     }
+    if !scenario.engines.is_empty() {
+        let engines: Vec<&str> = scenario.engines.iter().map(|e| e.label()).collect();
+        lines.push(format!("retrieve feasible link parameters with {}", engines.join(", ")));
+    }
     lines.push("write report.json and model.ron; every random draw follows from its seed".into());
     lines
 }
@@ -86,6 +93,16 @@ fn signals(scenario: &Scenario) -> Vec<String> {
         s.clock,
         s.trim_s
     )]
+}
+
+/// What is retrieved beside link parameters: in one step, the parameters of all other effects.
+fn others(scenario: &Scenario, robot: &Robot) -> Vec<Parameter> {
+    if scenario.objective == Objective::Coefficients {
+        return Vec::new();
+    }
+    let effects = scenario.effects.iter().filter(|e| e.about().name != "rigid_body");
+    let terms = effects.filter_map(|e| e.terms(robot).ok()).flatten();
+    terms.map(|t| Parameter::free(t.symbol, t.unit)).collect()
 }
 
 impl Look<'_> {
@@ -157,6 +174,31 @@ impl Look<'_> {
             }
             None => {}
         }
+    }
+
+    /// Every constraint on its own, so that one that is wrong does not hide the next.
+    fn constraints(&mut self, scenario: &mut Scenario, robot: Option<&Robot>) {
+        let folder = self.folder.clone();
+        let mut all = std::mem::take(&mut scenario.constraints);
+        all.retain_mut(|constraint| self.taken(constraint.load(&folder)).is_some());
+        for preset in &scenario.presets {
+            let opened = constraints::open(&folder.join(preset));
+            all.extend(self.taken(opened).into_iter().flatten());
+        }
+        let Some(robot) = robot else { return };
+        let space = LinkSpace::new(robot, &others(scenario, robot));
+        let mut conditions = Vec::new();
+        for constraint in &all {
+            let name = constraint.about().name;
+            let lowered = constraint.forms(robot, &space).map_err(|e| e.within(name));
+            if let Some(forms) = self.taken(lowered) {
+                let general = forms.iter().filter(|f| !f.is_convex()).count();
+                let left_out =
+                    if general == 0 { String::new() } else { format!(", {general} of them not for `lmi`") };
+                conditions.push(format!("{name}: {} conditions{left_out}", forms.len()));
+            }
+        }
+        self.report.sections.push(Section::wrapped("what link parameters must satisfy", conditions));
     }
 
     fn log(
