@@ -187,7 +187,7 @@ mod tests {
         scenario("(robot: \"r\", robot: \"s\")", (1, 14), &["`robot` stands twice"]);
         effect(
             "[{\"rigid_bdy\": ()}]",
-            &["did you mean `rigid_body`", "known names: coulomb_friction, rigid_body"],
+            &["did you mean `rigid_body`", "known names: ", "coulomb_friction, "],
         );
         effect("[{\"rigid_body\": (mass: 1)}]", &["no field `mass`", "there are none"]);
         effect("[{\"torque_offset\": (joint: All)}]", &["no field `joint`", "did you mean `joints`"]);

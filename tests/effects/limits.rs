@@ -10,10 +10,12 @@ use nalgebra::DMatrix;
 use crate::common::robot;
 use crate::motion::run;
 
+/// An effect, values that can be, and values that cannot.
+type Case = (Box<dyn Effect>, &'static [f64], &'static [f64]);
+
 #[test]
 fn physical_limits() {
     let all = || Joints::All;
-    type Case = (Box<dyn Effect>, &'static [f64], &'static [f64]);
     let cases: Vec<Case> = vec![
         (Box::new(ViscousFriction::default()), &[0.1], &[-0.1]),
         (Box::new(CoulombFriction::default()), &[0.1, 0.0], &[0.1, -0.1]),
