@@ -13,7 +13,7 @@ use crate::excitation::{FourierMotion, SinusoidalVelocity};
 use crate::identify::{Search, Weighting};
 use crate::plant::{Controller, PlantEffect, Sensors};
 use crate::retrieval::RetrievalEngine;
-use crate::signals::Settings;
+use crate::signals::{Folds, Rows, Run, Settings};
 use crate::text;
 
 /// Most static read-outs that a scenario may ask for.
@@ -217,6 +217,21 @@ pub enum HoldOut {
         /// Number of folds.
         folds: u16,
     },
+}
+
+impl HoldOut {
+    /// The folds of these runs.
+    ///
+    /// # Errors
+    /// When the runs are too short to hold anything out.
+    pub fn folds(self, runs: &[Run]) -> Result<Folds> {
+        let rows: Vec<Rows> = runs.iter().map(Run::rows).collect();
+        match self {
+            Self::Auto => Folds::choose(&runs.iter().collect::<Vec<_>>()),
+            Self::SamePhase { period_s, folds } => Folds::same_phase(&rows, period_s, folds),
+            Self::Contiguous { block_s, folds } => Folds::contiguous(&rows, block_s, folds),
+        }
+    }
 }
 
 /// The friction path.

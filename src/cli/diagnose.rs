@@ -5,7 +5,7 @@ use lacuna::log::{ColumnMap, Log};
 use lacuna::model_file::ModelFile;
 use lacuna::robot::Robot;
 use lacuna::scenario::{HoldOut, Logs, Scenario};
-use lacuna::signals::{Folds, Mode, Rows, Run, Settings};
+use lacuna::signals::{Mode, Run, Settings};
 use lacuna::{Error, Result, report, text};
 
 use super::console::Console;
@@ -63,7 +63,6 @@ struct Inputs {
     choose: bool,
     hold_out: HoldOut,
     seed: u64,
-    name: String,
 }
 
 impl Diagnose {
@@ -80,7 +79,7 @@ impl Diagnose {
                     .help("lacuna diagnose FILE.ron, or lacuna diagnose --robot R --data A.csv"));
             }
         };
-        let folds = |runs: &[Run]| folds(inputs.hold_out, runs);
+        let folds = |runs: &[Run]| inputs.hold_out.folds(runs);
         let request = Request {
             robot: &inputs.robot,
             logs: inputs.logs,
@@ -104,7 +103,7 @@ impl Diagnose {
             print_json(&outcome.diagnosis)?;
         } else {
             print(&report::diagnosis_text(&outcome.diagnosis))?;
-            print(&self.next(&outcome, &inputs.robot_path, &inputs.name, written.as_deref()))?;
+            print(&self.next(&outcome, &inputs.robot_path, written.as_deref()))?;
         }
         Ok(outcome.diagnosis.verdict != lacuna::diagnose::Verdict::Undecided)
     }
@@ -150,7 +149,6 @@ impl Diagnose {
             choose: !chosen,
             hold_out: scenario.hold_out,
             seed: scenario.seed,
-            name: file.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned()),
             robot,
             robot_path,
         })
@@ -176,7 +174,6 @@ impl Diagnose {
             choose: true,
             hold_out: HoldOut::Auto,
             seed: 1,
-            name: "diagnosis".to_string(),
             robot_path: path.to_path_buf(),
             robot,
         })
@@ -198,7 +195,7 @@ impl Diagnose {
         Ok(Some(out.clone()))
     }
 
-    fn next(&self, outcome: &Outcome, robot: &Path, _name: &str, written: Option<&Path>) -> String {
+    fn next(&self, outcome: &Outcome, robot: &Path, written: Option<&Path>) -> String {
         let mut text = String::from("\n");
         if let Some(out) = written {
             text += &format!(
@@ -256,15 +253,6 @@ fn find(folder: &Path, file: &Path, missing: Option<&str>) -> Result<PathBuf> {
         let help = missing.map_or_else(|| otherwise.to_string(), |m| format!("{m}\n  {otherwise}"));
         Error::new("the log is not there").in_file(file).help(help)
     })
-}
-
-fn folds(hold_out: HoldOut, runs: &[Run]) -> Result<Folds> {
-    let rows: Vec<Rows> = runs.iter().map(Run::rows).collect();
-    match hold_out {
-        HoldOut::Auto => Folds::choose(&runs.iter().collect::<Vec<_>>()),
-        HoldOut::SamePhase { period_s, folds } => Folds::same_phase(&rows, period_s, folds),
-        HoldOut::Contiguous { block_s, folds } => Folds::contiguous(&rows, block_s, folds),
-    }
 }
 
 /// A path for people: without `name/..`.
