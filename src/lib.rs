@@ -1,5 +1,6 @@
 //! Identify robot arms from their logs, and find the physics the model is missing.
 
+pub mod benchmark;
 pub mod check;
 pub mod conformance;
 pub mod constraints;

@@ -109,6 +109,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
                 "signals",
             ],
         ),
+        ("benchmark", vec!["diagnose", "log", "random", "robot", "scenario", "signals", "simulate"]),
         ("report", vec!["diagnose", "identify", "retrieval", "robot"]),
         (
             "scenario",

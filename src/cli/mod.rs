@@ -1,5 +1,6 @@
 //! The command line: parses, calls the library, prints. No mathematics.
 
+mod benchmark;
 mod check;
 mod compare;
 mod console;
@@ -80,6 +81,8 @@ enum Command {
         #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
         gravity: Option<String>,
     },
+    /// Examine the diagnosis itself: hide effects in simulated logs and count the answers.
+    Benchmark(benchmark::Benchmark),
     /// Check a scenario, robot, log, column map or model, and a log against a robot.
     Check(check::Check),
     /// Compare model and measurement: where the model fails, and what is missing.
@@ -112,6 +115,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Compare { models, robot, data, columns, gravity } => {
             compare::run(&models, &robot, &data, columns.as_deref(), gravity.as_deref(), &arguments.global)
         }
+        Command::Benchmark(benchmark) => benchmark.run(&arguments.global, &console),
         Command::Diagnose(diagnose) => diagnose.run(&arguments.global, &console),
         Command::Check(check) => check.run(&arguments.global),
         Command::List { what, name } => list::run(&what, name.as_deref(), &arguments.global),
@@ -131,8 +135,9 @@ pub(crate) fn run() -> ExitCode {
 }
 
 fn prepare(arguments: &Arguments) -> Result<()> {
-    if arguments.global.resume.is_some() && !matches!(arguments.command, Command::Scenario { .. }) {
-        return Err(Error::new("--resume: only `lacuna scenario` can be interrupted and resumed")
+    let resumable = matches!(arguments.command, Command::Scenario { .. } | Command::Benchmark(_));
+    if arguments.global.resume.is_some() && !resumable {
+        return Err(Error::new("--resume: only `lacuna scenario` and `lacuna benchmark` can be resumed")
             .help("leave --resume away"));
     }
     if let Some(jobs) = arguments.global.jobs {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use super::answer::{Diagnosis, Undecided, Validation, Verdict};
+use super::answer::{Diagnosis, Undecided, Verdict};
 use super::candidates::{self, Candidate};
 use super::data::Data;
 use super::floor::Floor;
@@ -11,15 +11,14 @@ use super::ladder::Ladder;
 use super::parts::Parts;
 use super::present::Present;
 use super::signals::{Choice, Chosen, plain};
+use super::unseen::{fitted, validate};
 use super::{Limits, doubts, nested, telling};
 
 use crate::effects::{Effect, RigidBody};
 use crate::error::{Error, Result};
-use crate::identify::{Weighting, fit, refresh_model_torque, settle, with_model_torque, with_robust_sd};
+use crate::identify::refresh_model_torque;
 use crate::log::Log;
 use crate::model_file::ModelFile;
-use crate::predict::{predict, prediction_errors};
-use crate::report::finite;
 use crate::robot::Robot;
 use crate::signals::{Folds, Run, Settings, prepare};
 
@@ -71,6 +70,37 @@ pub struct Request<'a> {
     pub seed: u64,
 }
 
+impl Request<'_> {
+    /// Reference logs, then the logs to explain.
+    pub(super) fn all_logs(&self) -> Vec<Log> {
+        self.reference.iter().chain(&self.logs).cloned().collect()
+    }
+
+    /// Chooses the signal step.
+    pub(super) fn choose(&self, logs: &[Log], say: &mut dyn FnMut(&str)) -> Result<Chosen> {
+        let (settings, free) = (self.settings.clone(), self.choose_signals);
+        Choice { robot: self.robot, logs, settings, free, folds: self.folds }.decide(say)
+    }
+
+    /// Prepared runs of all logs as rows; candidates exist in those of the logs to explain.
+    pub(super) fn data(&self, chosen: &Chosen, runs: Vec<Run>) -> Result<Data> {
+        let mut data = Data::new(self.robot, runs, chosen.folds.clone())?;
+        data.changed = (0..data.runs.len()).map(|k| k >= self.reference.len()).collect();
+        Ok(data)
+    }
+
+    /// Effects of the model to start from.
+    pub(super) fn effects(&self, chosen: &Chosen) -> Vec<Box<dyn Effect>> {
+        match &self.start {
+            Start::Rigid => vec![Box::new(RigidBody::default())],
+            // The residual of a given model is compared, then everything is fitted again to find out why.
+            Start::Given => vec![Box::new(RigidBody::default())],
+            Start::Classic => plain(self.robot, &chosen.widths),
+            Start::Effects(effects) => effects.clone(),
+        }
+    }
+}
+
 /// What comes out.
 #[derive(Debug, Clone)]
 pub struct Outcome {
@@ -88,18 +118,10 @@ pub fn diagnose(request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<Outco
     let clock = Instant::now();
     let mut timing = BTreeMap::new();
     refuse_shared_rows(&request)?;
-    let logs: Vec<Log> = request.reference.iter().chain(&request.logs).cloned().collect();
-    let choice = Choice {
-        robot: request.robot,
-        logs: &logs,
-        settings: request.settings.clone(),
-        free: request.choose_signals,
-        folds: request.folds,
-    };
-    let chosen = choice.decide(say)?;
+    let logs = request.all_logs();
+    let chosen = request.choose(&logs, say)?;
     timing.insert("signals".to_string(), clock.elapsed().as_secs_f64());
-    let mut data = Data::new(request.robot, chosen.runs.clone(), chosen.folds.clone())?;
-    data.changed = (0..logs.len()).map(|k| k >= request.reference.len()).collect();
+    let data = request.data(&chosen, chosen.runs.clone())?;
     let undecided = poor_data(&data);
     let mut ladder = start(data, &request, &chosen, say)?;
     let base = telling::Base::of(&ladder, matches!(request.start, Start::Given))?;
@@ -155,9 +177,7 @@ fn smoother(request: &Request<'_>, chosen: &Chosen, logs: &[Log]) -> Result<Data
     let settings =
         Settings { position_cutoff_hz: 0.5 * chosen.settings.position_cutoff_hz, ..chosen.settings.clone() };
     let runs: Vec<Run> = logs.iter().map(|log| Ok(prepare(log, &settings)?.0)).collect::<Result<_>>()?;
-    let mut data = Data::new(request.robot, runs, chosen.folds.clone())?;
-    data.changed = (0..logs.len()).map(|k| k >= request.reference.len()).collect();
-    Ok(data)
+    request.data(chosen, runs)
 }
 
 pub(super) fn start(
@@ -166,13 +186,7 @@ pub(super) fn start(
     chosen: &Chosen,
     say: &mut dyn FnMut(&str),
 ) -> Result<Ladder> {
-    let effects: Vec<Box<dyn Effect>> = match &request.start {
-        Start::Rigid => vec![Box::new(RigidBody::default())],
-        // The residual of a given model is compared, then everything is fitted again to find out why.
-        Start::Given => vec![Box::new(RigidBody::default())],
-        Start::Classic => plain(request.robot, &chosen.widths),
-        Start::Effects(effects) => effects.clone(),
-    };
+    let effects = request.effects(chosen);
     if !effects.iter().any(|e| e.about().name == "rigid_body") {
         return Err(Error::new("the model to start from has no rigid_body effect")
             .help("add {\"rigid_body\": ()} to its effects"));
@@ -337,48 +351,6 @@ fn model_file(
     let origin = format!("diagnosis of {}", names.join(", "));
     let (model, fitted) = fitted(&ladder.data, effects)?;
     Ok(ModelFile::new(&model, &fitted.x, &fitted.robust_sd, chosen.settings.clone(), origin))
-}
-
-/// Fits effects to the data as any other study would.
-pub(super) fn fitted(
-    data: &Data,
-    effects: Vec<Box<dyn Effect>>,
-) -> Result<(crate::model::Model, crate::identify::Fit)> {
-    let model = crate::model::Model::new(&data.robot, effects)?;
-    let mut runs = data.runs.clone();
-    let settled = settle(&model, &mut runs, &data.folds, Weighting::Joint)?;
-    let found = fit(&model, &settled.evidence, None, Weighting::Joint)?;
-    let found = with_robust_sd(&model, &runs, &settled.evidence, found)?;
-    Ok((model, found))
-}
-
-/// Errors on logs that are never fitted, of the start and of everything that was found.
-fn validate(
-    ladder: &Ladder,
-    base: &telling::Base,
-    chosen: &Chosen,
-    request: &Request<'_>,
-) -> Result<Option<Validation>> {
-    if request.validate.is_empty() {
-        return Ok(None);
-    }
-    let mut runs: Vec<Run> = Vec::new();
-    for log in &request.validate {
-        runs.push(prepare(log, &chosen.settings)?.0);
-    }
-    let errors = |effects: Vec<Box<dyn Effect>>| -> Result<_> {
-        let (model, found) = fitted(&ladder.data, effects)?;
-        let runs = with_model_torque(&model, &found.x, &runs)?;
-        Ok(prediction_errors(&runs, &predict(&model, &runs, &found.x)?))
-    };
-    let before = errors(base.effects.clone())?;
-    let after = errors(ladder.parts.shared_effects())?;
-    let names = ladder.data.robot.joints.iter().map(|j| j.name.clone());
-    Ok(Some(Validation {
-        before_relative_error_percent: finite(before.pooled_percent),
-        after_relative_error_percent: finite(after.pooled_percent),
-        rms: names.zip(before.rms.iter().zip(&after.rms).map(|(b, a)| [*b, *a])).collect(),
-    }))
 }
 
 /// Whether a verdict can be given.

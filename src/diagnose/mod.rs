@@ -35,12 +35,14 @@ mod score;
 mod signals;
 mod telling;
 mod unknown;
+mod unseen;
 
 pub use answer::{
     Baseline, Diagnosis, Event, First, Inseparable, Joint, Missing, Moved, Nested, Parameter, Refused,
     Region, Signals, Step, Undecided, Unexplained, Validation, Verdict,
 };
 pub use entry::{Outcome, Request, Start, diagnose};
+pub use unseen::unseen_error;
 
 /// When something is believed.
 #[derive(Debug, Clone, PartialEq)]

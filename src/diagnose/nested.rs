@@ -24,7 +24,7 @@ pub(super) fn run(
     entry::search(&mut ladder, request.seed, say)?;
     let after = ladder.parts.effects();
     let error = |effects| -> Result<Option<f64>> {
-        let (model, found) = entry::fitted(&ladder.data, effects)?;
+        let (model, found) = super::unseen::fitted(&ladder.data, effects)?;
         let runs = crate::identify::with_model_torque(&model, &found.x, &late)?;
         Ok(finite(prediction_errors(&runs, &predict(&model, &runs, &found.x)?).pooled_percent))
     };

@@ -116,12 +116,7 @@ impl ErrorSums {
 /// columns mends.
 pub fn fit(model: &Model, evidence: &Evidence, left_out: Option<usize>, weighting: Weighting) -> Result<Fit> {
     let triangles = evidence.merged(left_out);
-    let rows: usize = triangles.iter().map(Triangle::rows).sum();
-    let unknowns = model.columns.len();
-    if rows <= unknowns {
-        return Err(Error::new(format!("{rows} rows for {unknowns} unknowns"))
-            .help("record a longer motion, or trim and decimate less (rows should far outnumber unknowns)"));
-    }
+    enough_rows(model, &triangles)?;
     let mut weights = vec![1.0; triangles.len()];
     let mut fit = solve(model, &triangles, &weights)?;
     if weighting != Weighting::Ordinary {
@@ -131,6 +126,27 @@ pub fn fit(model: &Model, evidence: &Evidence, left_out: Option<usize>, weightin
         }
     }
     Ok(fit)
+}
+
+/// Fits all folds together with the rows of each joint weighed by a number that the caller knows, such as one
+/// over the noise of its torque.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_with_weights(model: &Model, evidence: &Evidence, weights: &[f64]) -> Result<Fit> {
+    let triangles = evidence.merged(None);
+    enough_rows(model, &triangles)?;
+    solve(model, &triangles, weights)
+}
+
+fn enough_rows(model: &Model, triangles: &[Triangle]) -> Result<()> {
+    let rows: usize = triangles.iter().map(Triangle::rows).sum();
+    let unknowns = model.columns.len();
+    if rows <= unknowns {
+        return Err(Error::new(format!("{rows} rows for {unknowns} unknowns"))
+            .help("record a longer motion, or trim and decimate less (rows should far outnumber unknowns)"));
+    }
+    Ok(())
 }
 
 /// One over the residual rms of each joint. A joint that the model explains to the last digit (one that never

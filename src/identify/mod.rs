@@ -12,7 +12,9 @@ mod uncertainty;
 
 pub use base::{BaseParameters, parameter_name};
 pub use evidence::{Evidence, RowWeight};
-pub use fit::{ErrorSums, Errors, Fit, Weighting, errors, fit, fit_huber, held_out, with_robust_sd};
+pub use fit::{
+    ErrorSums, Errors, Fit, Weighting, errors, fit, fit_huber, fit_with_weights, held_out, with_robust_sd,
+};
 pub(crate) use friction::STEEPEST;
 pub use friction::{Search, SigmoidFit, fit_sigmoid};
 pub use rows::{RowView, over_rows};

@@ -96,6 +96,11 @@ pub trait PlantEffect: Debug + Send + Sync {
     /// Changes gravity [m/s², base frame] and links against what the controller and the robot file know.
     fn change_robot(&self, _gravity: &mut Vector3<f64>, _links: &mut [InertialParameters]) {}
 
+    /// Start and end \[s\], for what happens in an interval only.
+    fn interval(&self) -> Option<(f64, f64)> {
+        None
+    }
+
     /// Number of own states for a robot of `dof` joints; they start at zero.
     fn states(&self, _dof: usize) -> usize {
         0

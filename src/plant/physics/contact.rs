@@ -40,6 +40,10 @@ impl ContactForce {
 
 #[typetag::serde(name = "contact_force")]
 impl PlantEffect for ContactForce {
+    fn interval(&self) -> Option<(f64, f64)> {
+        Some((self.from_s, self.to_s))
+    }
+
     fn check(&self, dof: usize) -> Result<()> {
         check_positive("the rise time of the contact force", self.rise_s)?;
         check_finite("the contact force", &self.force)?;

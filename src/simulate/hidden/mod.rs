@@ -53,6 +53,10 @@ pub struct Hidden {
     pub reference: Vec<Log>,
     /// A log of another motion that is never fitted.
     pub unseen: Log,
+    /// The logs to fit as they are with nothing hidden: same motions, same noise.
+    pub fit_without: Vec<Log>,
+    /// The unseen log with nothing hidden.
+    pub unseen_without: Log,
     /// What was hidden, in the order of the choices.
     pub secrets: Vec<Secret>,
     /// Residual of the baseline with nothing hidden, per joint, in a band of 8 Hz [N m].
@@ -74,6 +78,13 @@ pub struct Secret {
     pub variables: Vec<String>,
     /// The plant's effects, with all numbers.
     pub effects: Vec<Box<dyn PlantEffect>>,
+}
+
+impl Secret {
+    /// Start and end \[s\], for what happens in an interval only.
+    pub fn interval(&self) -> Option<(f64, f64)> {
+        self.effects.iter().find_map(|effect| effect.interval())
+    }
 }
 
 /// Answer of [`hidden`].
@@ -162,16 +173,29 @@ fn record(
     };
     let event = |s: &Secret| families::scope(s.family) == Scope::Event;
     let all = |number: u64| log(number, &|s| number == 0 || !event(s));
-    let (fit, rest) = rayon::join(
-        || (0..FIT_LOGS).map(all).collect::<Result<Vec<Log>>>(),
+    let without = |number: u64| log(number, &|_| false);
+    let (with, clean) = rayon::join(
         || -> Result<(Vec<Log>, Log)> {
-            let reference =
-                (FIT_LOGS..states).map(|number| log(number, &|_| false)).collect::<Result<_>>()?;
-            Ok((reference, log(2 * FIT_LOGS, &|s| !event(s))?))
+            Ok(((0..FIT_LOGS).map(all).collect::<Result<_>>()?, log(2 * FIT_LOGS, &|s| !event(s))?))
+        },
+        || -> Result<(Vec<Log>, Log)> {
+            Ok(((0..states).map(without).collect::<Result<_>>()?, without(2 * FIT_LOGS)?))
         },
     );
-    let ((fit, (reference, unseen)), robot) = ((fit?, rest?), plant.robot.clone());
-    Ok(Draw::Data(Box::new(Hidden { robot, baseline, fit, reference, unseen, secrets, noise })))
+    let ((fit, unseen), (mut fit_without, unseen_without)) = (with?, clean?);
+    let reference = fit_without.split_off(FIT_LOGS as usize);
+    let robot = plant.robot.clone();
+    Ok(Draw::Data(Box::new(Hidden {
+        robot,
+        baseline,
+        fit,
+        reference,
+        unseen,
+        fit_without,
+        unseen_without,
+        secrets,
+        noise,
+    })))
 }
 
 /// Random motion number `number` of a data set.

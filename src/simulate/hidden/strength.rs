@@ -6,7 +6,7 @@ use super::{Family, Scope};
 use crate::effects::Effect;
 use crate::error::{Error, Result};
 use crate::excitation::{FourierMotion, Ramped};
-use crate::identify::{Evidence, Weighting, fit};
+use crate::identify::{Evidence, Weighting, fit, fit_with_weights};
 use crate::model::Model;
 use crate::plant::{Plant, PlantEffect};
 use crate::signals::{Folds, Mode, Run, Settings, prepare};
@@ -84,6 +84,11 @@ impl<'a> Yardstick<'a> {
         runs.extend_from_slice(reference);
         let folds = Folds::choose(&runs.iter().collect::<Vec<_>>())?;
         let evidence = Evidence::collect(&self.model, &runs, &folds)?;
-        Ok(fit(&self.model, &evidence, None, Weighting::Joint)?.errors.rms)
+        if self.noise.is_empty() {
+            return Ok(fit(&self.model, &evidence, None, Weighting::Joint)?.errors.rms);
+        }
+        // Weights of the noise, whatever is hidden: what a fit leaves of an effect is then in proportion to its size.
+        let weights: Vec<f64> = self.noise.iter().map(|noise| 1.0 / noise).collect();
+        Ok(fit_with_weights(&self.model, &evidence, &weights)?.errors.rms)
     }
 }
