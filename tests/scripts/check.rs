@@ -29,7 +29,7 @@ fn a_script_is_explained_for_a_robot() {
     // p_real: com (-0.1, 0, 0), half-way along the cone, where the radius is 0.05 m.
     assert!((second.margin - 0.05).abs() < 1e-12 && second.unit == "m" && second.holds);
     assert!(second.kind == "general" && !second.engines.contains(&"lmi"));
-    let text = report.text();
+    let text = report.text().split_whitespace().collect::<Vec<_>>().join(" ");
     for part in
         ["line 26: general, holds by 0.05 m", "cone = 0.2", "`lmi` leaves it out", "(line 19, column 26)"]
     {
