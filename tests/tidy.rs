@@ -41,7 +41,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("kernels", vec!["robot", "linalg"]),
         ("excitation", vec!["robot", "random"]),
         ("plant", vec!["robot", "random", "excitation", "log"]),
-        ("effects", vec!["robot", "kernels", "signals"]),
+        ("effects", vec!["robot", "kernels", "signals", "script"]),
         ("model", vec!["robot", "kernels", "signals", "effects", "identify"]),
         ("identify", vec!["robot", "kernels", "linalg", "log", "signals", "effects", "model"]),
         ("predict", vec!["identify", "model", "signals"]),

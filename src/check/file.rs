@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use super::report::{Problem, Report, Section};
-use super::{Kind, LogFacts, RobotFacts, fields, kind, log, log_against_robot, scenario, script};
+use super::{
+    Kind, LogFacts, RobotFacts, effect_script, fields, kind, log, log_against_robot, scenario, script,
+};
 use crate::error::{Error, Result};
 use crate::identify::BaseParameters;
 use crate::log::{ColumnMap, Log, StaticPoses};
@@ -49,6 +51,7 @@ fn examine(path: &Path, options: &Options, report: &mut Report) -> Result<()> {
         Kind::Model => model(path, options, report),
         Kind::Coefficients => coefficients(path, options, report),
         Kind::Script => script::examine(path, options, report),
+        Kind::EffectScript => effect_script::examine(path, options, report),
     }
 }
 

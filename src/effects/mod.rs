@@ -7,6 +7,8 @@
 mod coulomb_friction;
 mod joints;
 mod rigid_body;
+mod script;
+mod script_columns;
 mod sigmoid_friction;
 mod torque_gain;
 mod torque_offset;
@@ -15,6 +17,7 @@ mod viscous_friction;
 pub use coulomb_friction::CoulombFriction;
 pub use joints::Joints;
 pub use rigid_body::RigidBody;
+pub use script::ScriptedEffect;
 pub(crate) use sigmoid_friction::logistic;
 pub use sigmoid_friction::{SigmoidFriction, SigmoidParameters};
 pub use torque_gain::TorqueGain;
@@ -23,6 +26,7 @@ pub use viscous_friction::ViscousFriction;
 
 use std::fmt::Debug;
 use std::ops::Range;
+use std::path::Path;
 
 use nalgebra::DMatrix;
 
@@ -127,6 +131,15 @@ impl Columns<'_> {
 pub trait Effect: Debug + Send + Sync {
     /// Name, text and equation.
     fn about(&self) -> About;
+
+    /// Reads the files it names, which are relative to `folder`, that of the scenario. Called once, before
+    /// anything else is asked for.
+    ///
+    /// # Errors
+    /// When a file is missing, damaged, or outside the scenario's repository.
+    fn load(&mut self, _folder: &Path) -> Result<()> {
+        Ok(())
+    }
 
     /// Linear parameters on this robot, in a fixed order.
     ///
@@ -261,6 +274,7 @@ pub const CATALOGUE: &[Entry] = &[
     },
     Entry { about: TorqueGain::ABOUT, candidates: |r| per_joint(r, |joints| TorqueGain { joints }) },
     Entry { about: SigmoidFriction::ABOUT, candidates: SigmoidFriction::candidates },
+    Entry { about: ScriptedEffect::ABOUT, candidates: |_| Vec::new() },
 ];
 
 /// One instance per joint of `robot`.

@@ -69,20 +69,25 @@ pub(super) fn explore(
     limits: &Limits,
     (runs, rules_seen): (&mut usize, &mut usize),
 ) -> Result<Vec<Way>> {
-    let all = ways(machine, (runs, limits.runs), || too_many(machine, entry, limits), || {
-        let stated = machine.state_rules(entry, limits.seconds)?;
-        let rules = collect(machine, entry, &stated)?;
-        *rules_seen += rules.len();
-        if *rules_seen > MOST_RULES {
-            let (line, column) = machine.place(entry.function);
-            return Err(Error::new(format!(
-                "the script states more than {MOST_RULES} rules, over all its ways"
-            ))
-            .at(line, column)
-            .help("state fewer; `min(list)` and `max(list)` turn many numbers into one"));
-        }
-        Ok(rules)
-    })?;
+    let all = ways(
+        machine,
+        (runs, limits.runs),
+        || too_many(machine, entry, limits),
+        || {
+            let stated = machine.state_rules(entry, limits.seconds)?;
+            let rules = collect(machine, entry, &stated)?;
+            *rules_seen += rules.len();
+            if *rules_seen > MOST_RULES {
+                let (line, column) = machine.place(entry.function);
+                return Err(Error::new(format!(
+                    "the script states more than {MOST_RULES} rules, over all its ways"
+                ))
+                .at(line, column)
+                .help("state fewer; `min(list)` and `max(list)` turn many numbers into one"));
+            }
+            Ok(rules)
+        },
+    )?;
     Ok(all.into_iter().map(|(taken, rules)| Way { taken, rules }).collect())
 }
 

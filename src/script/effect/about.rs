@@ -81,7 +81,11 @@ pub(super) fn read(machine: &Machine, returned: Dynamic) -> Result<EffectAbout> 
         text: fields.text("text")?,
         equation: fields.text("equation")?,
         confused_with: fields.text_or("confused_with", "")?,
-        parameters: fields.list("parameters")?.into_iter().map(|p| parameter(p, place)).collect::<Result<_>>()?,
+        parameters: fields
+            .list("parameters")?
+            .into_iter()
+            .map(|p| parameter(p, place))
+            .collect::<Result<_>>()?,
         shapes: fields.list("shapes")?.into_iter().map(|s| shape(s, place)).collect::<Result<_>>()?,
         memory: memory(&mut fields)?,
     };
@@ -122,10 +126,12 @@ fn shape(value: Dynamic, place: (usize, usize)) -> Result<EffectShape> {
     if !(min <= value && value <= max) {
         return Err(fields.refuse(&format!("its value {value} lies outside of {min} to {max}")));
     }
-    let trials: Vec<f64> =
-        fields.list("trials")?.iter().map(|v| plain(v).ok_or("")).collect::<Result<_, _>>().map_err(|_| {
-            fields.refuse("`trials` are plain numbers, as in trials: [0.1, 1.0]")
-        })?;
+    let trials: Vec<f64> = fields
+        .list("trials")?
+        .iter()
+        .map(|v| plain(v).ok_or(""))
+        .collect::<Result<_, _>>()
+        .map_err(|_| fields.refuse("`trials` are plain numbers, as in trials: [0.1, 1.0]"))?;
     if let Some(outside) = trials.iter().find(|t| !(min <= **t && **t <= max)) {
         return Err(fields.refuse(&format!("the trial {outside} lies outside of {min} to {max}")));
     }
@@ -175,7 +181,11 @@ impl Fields {
 
     fn text(&mut self, key: &str) -> Result<String> {
         match self.map.remove(key) {
-            Some(value) => value.into_string().map_err(|_| self.refuse(&format!("`{key}` is a text"))),
+            // Texts over several lines are broken where the reader's page wants it.
+            Some(value) => match value.into_string() {
+                Ok(text) => Ok(text.split_whitespace().collect::<Vec<_>>().join(" ")),
+                Err(_) => Err(self.refuse(&format!("`{key}` is a text"))),
+            },
             None => Err(self.refuse(&format!("`{key}` is missing"))),
         }
     }
@@ -211,7 +221,11 @@ impl Fields {
     fn limits(&mut self, low: f64, high: f64) -> Result<(f64, f64)> {
         let min = self.number("min", Some(low).filter(|x| !x.is_nan()))?;
         let max = self.number("max", Some(high).filter(|x| !x.is_nan()))?;
-        if min <= max { Ok((min, max)) } else { Err(self.refuse(&format!("min {min} is larger than max {max}"))) }
+        if min <= max {
+            Ok((min, max))
+        } else {
+            Err(self.refuse(&format!("min {min} is larger than max {max}")))
+        }
     }
 
     fn flag(&mut self, key: &str) -> Result<bool> {
@@ -223,9 +237,9 @@ impl Fields {
 
     fn list(&mut self, key: &str) -> Result<Array> {
         match self.map.remove(key) {
-            Some(value) => {
-                value.try_cast::<Array>().ok_or_else(|| self.refuse(&format!("`{key}` is a list, as in [..]")))
-            }
+            Some(value) => value
+                .try_cast::<Array>()
+                .ok_or_else(|| self.refuse(&format!("`{key}` is a list, as in [..]"))),
             None => Ok(Array::new()),
         }
     }

@@ -10,7 +10,7 @@ mod sample;
 
 pub use about::{EffectAbout, EffectParameter, EffectShape};
 pub use sample::Input;
-pub(super) use sample::PROPERTIES;
+pub(super) use sample::{JointView, Moment, PROPERTIES};
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -26,7 +26,7 @@ use super::rules::choice;
 use super::tracer::{Number, kind};
 use super::{Script, Settings, trouble};
 use crate::error::{Error, Result};
-use sample::{Inputs, JointView, Moment, unknown};
+use sample::{Inputs, unknown};
 
 /// Functions an effect script may define, with the number of their arguments; the last only with a memory.
 const FUNCTIONS: [(&str, usize, &str); 3] = [
@@ -87,7 +87,7 @@ impl EffectScript {
             if remembers == about.memory.is_empty() {
                 return Err(forgetful(&machine, remembers));
             }
-            Ok((about, settings, machine.dialect.mentions.contains("torque")))
+            Ok((about, settings, machine.dialect.mentions.contains("load")))
         };
         let (about, settings, needs_torque) = read().map_err(|e: Error| e.in_file(script.file()))?;
         Ok(Self { script, about, settings, needs_torque })
@@ -113,7 +113,7 @@ impl EffectScript {
         &self.script.text
     }
 
-    /// Whether the script speaks of `torque`, that of the model.
+    /// Whether the script speaks of `load`, the torque of the model's rigid links.
     pub fn needs_torque(&self) -> bool {
         self.needs_torque
     }
@@ -126,9 +126,11 @@ impl EffectScript {
     pub fn joint(&self, joints: &[String], joint: usize, limits: &Limits) -> Result<JointColumns> {
         let lower = || {
             let (machine, inputs) = machine(&self.script, &Rc::from(joints), limits)?;
-            let mut trace = Trace { effect: self, machine: &machine, inputs: &inputs, limits, joint, runs: 0 };
+            let mut trace =
+                Trace { effect: self, machine: &machine, inputs: &inputs, limits, joint, runs: 0 };
             let columns = trace.flow("columns")?;
-            let memory = if self.about.memory.is_empty() { Flow::default() } else { trace.flow("remember")? };
+            let memory =
+                if self.about.memory.is_empty() { Flow::default() } else { trace.flow("remember")? };
             Ok(JointColumns { inputs: inputs.borrow().clone(), columns, memory })
         };
         lower().map_err(|e: Error| e.in_file(self.script.file()))
@@ -137,7 +139,8 @@ impl EffectScript {
 
 fn machine(script: &Script, joints: &Rc<[String]>, limits: &Limits) -> Result<(Machine, Inputs)> {
     let inputs = Inputs::default();
-    let machine = script.compile(limits, |engine, shared| sample::register(engine, shared, &inputs, joints))?;
+    let machine =
+        script.compile(limits, |engine, shared| sample::register(engine, shared, &inputs, joints))?;
     Ok((machine, inputs))
 }
 
@@ -227,7 +230,9 @@ impl Trace<'_> {
     fn memory(&self) -> Result<Map> {
         let mut tracer = self.machine.shared.borrow_mut();
         let names = self.effect.about.memory.iter().enumerate();
-        names.map(|(i, (name, _))| Ok((name.as_str().into(), self.unknown(&mut tracer, Input::Memory(i))?))).collect()
+        names
+            .map(|(i, (name, _))| Ok((name.as_str().into(), self.unknown(&mut tracer, Input::Memory(i))?)))
+            .collect()
     }
 
     fn with(&self) -> Result<Map> {
@@ -301,16 +306,5 @@ impl Trace<'_> {
             None => Err(Error::new(format!("`{function}` returns {} among its numbers", kind(value)))
                 .help("a comparison is true or false: write `if`, `sign(x)`, `min` or `max`")),
         }
-    }
-}
-
-impl Script {
-    /// Whether it is the script of an effect: it defines `columns`.
-    ///
-    /// # Errors
-    /// When it does not compile.
-    pub fn is_effect(&self) -> Result<bool> {
-        let found = machine(self, &Rc::from([]), &Limits::default());
-        found.map(|(m, _)| m.dialect.functions.contains_key("columns")).map_err(|e| e.in_file(self.file()))
     }
 }

@@ -23,8 +23,8 @@ pub enum Input {
     SharpVelocity(usize),
     /// Its acceleration [rad/s², m/s²].
     Acceleration(usize),
-    /// Torque that the model makes of the motion [N m, N].
-    Torque(usize),
+    /// Torque of the model's rigid links: what the joint carries without friction [N m, N].
+    Load(usize),
     /// A named channel of the log: that of the joint (`temperature3`) where there is one, else that of the
     /// whole robot (`temperature`).
     Channel {
@@ -55,7 +55,7 @@ pub(in crate::script) const PROPERTIES: [(&str, &str); 2] = [
     ("joint", "name, number"),
     (
         "moment",
-        "t, dt, q, dq, dq_sharp (less filtered: for signs and steps), ddq, torque (of the model), joint(\"name\" or \
+        "t, dt, q, dq, dq_sharp (less filtered: for signs and steps), ddq, load (torque of the rigid links), joint(\"name\" or \
          number), channel(\"name\")",
     ),
 ];
@@ -85,7 +85,7 @@ pub(super) fn register(engine: &mut Engine, shared: &Shared, inputs: &Inputs, jo
         ("dq", Input::Velocity),
         ("dq_sharp", Input::SharpVelocity),
         ("ddq", Input::Acceleration),
-        ("torque", Input::Torque),
+        ("load", Input::Load),
     ];
     for (name, input) in quantities {
         let (shared, inputs) = (shared.clone(), inputs.clone());
