@@ -214,7 +214,7 @@ fn the_plants_own_drag_and_warmth_come_back() {
     {
         println!("{symbol} = {} ({truth})", value(symbol));
         // The script's heat goes in steps of 1 ms.
-        assert!((value(symbol) - truth).abs() < 2e-3, "{symbol} = {}", value(symbol));
+        assert!((value(symbol) - truth).abs() < 5e-3, "{symbol} = {}", value(symbol));
     }
     // Both signs of the limits: nothing here is implausible, and the opposite is.
     assert_eq!(model.effects[2].implausible(&[0.4, 0.15]), None);

@@ -76,10 +76,7 @@ fn searched(name: &str, seed: u64) -> (Vec<f64>, Audit) {
 
 #[test]
 fn a_study_identifies_the_published_coefficients_and_retrieves_feasible_links() {
-    let outcome = study::run(
-        Path::new("scenarios/two_link.ron"),
-        Options { data: Vec::new(), seed: None, progress: &mut |_| {} },
-    );
+    let outcome = study::run(Path::new("scenarios/two_link.ron"), Options::new(&mut |_| {}));
     let report = outcome.expect("runs").report;
     let identified = report.identification.expect("identifies");
     assert_eq!(identified.rank, 8);

@@ -90,18 +90,19 @@ impl Part {
 
     fn sources<'a>(&self, at: &Stretch<'a>, shapes: &[f64]) -> Result<Vec<Source<'a>>> {
         let run = at.run;
-        let samples = |column: &'a [f64]| Ok(Source::Samples(column));
-        let source = |input: &Input| match input {
-            Input::Time => Ok(Source::Time),
-            Input::Step => Ok(Source::Constant(run.dt)),
-            Input::Position(j) => samples(&run.q[*j]),
-            Input::Velocity(j) => samples(&run.dq[*j]),
-            Input::SharpVelocity(j) => samples(run.friction_dq(*j)),
-            Input::Acceleration(j) => samples(&run.ddq[*j]),
-            Input::Load(j) => samples(&at.run.model.as_deref().ok_or_else(no_load)?.rigid[*j]),
-            Input::Channel { name, joint } => samples(channel(at.robot, run, name, *joint)?),
-            Input::Memory(i) => Ok(Source::Memory(*i)),
-            Input::Shape(i) => Ok(Source::Constant(shapes[*i])),
+        let source = |input: &Input| -> Result<Source<'a>> {
+            Ok(match input {
+                Input::Time => Source::Time,
+                Input::Step => Source::Constant(run.dt),
+                Input::Position(j) => Source::Samples(&run.q[*j]),
+                Input::Velocity(j) => Source::Samples(&run.dq[*j]),
+                Input::SharpVelocity(j) => Source::Samples(run.friction_dq(*j)),
+                Input::Acceleration(j) => Source::Samples(&run.ddq[*j]),
+                Input::Load(j) => Source::Samples(&run.model.as_deref().ok_or_else(no_load)?.rigid[*j]),
+                Input::Channel { name, joint } => Source::Samples(channel(at.robot, run, name, *joint)?),
+                Input::Memory(i) => Source::Memory(*i),
+                Input::Shape(i) => Source::Constant(shapes[*i]),
+            })
         };
         self.programs.inputs.iter().map(source).collect()
     }

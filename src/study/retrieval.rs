@@ -1,6 +1,6 @@
 //! Retrieval of feasible link parameters: every engine on the same problem, one audit for all.
 
-use std::ops::ControlFlow;
+use std::collections::BTreeSet;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::identify::BaseParameters;
 use crate::linalg::Triangle;
 use crate::report::{Identification, LinkParameters, NamedValue, Retrieval, finite};
-use crate::retrieval::{Problem, Quadratic, Retrieved, audit};
+use crate::retrieval::{Problem, Quadratic, RetrievalEngine, Retrieved, audit};
 use crate::scenario::Objective;
 use crate::space::Parameter;
 
@@ -35,22 +35,10 @@ impl Study<'_> {
         if self.scenario.engines.is_empty() {
             return Ok(None);
         }
+        let mut engines = std::mem::take(&mut self.scenario.engines);
+        self.make_ready(&mut engines)?;
         let (space, problem) = self.problem(poses, moving)?;
-        let engines = std::mem::take(&mut self.scenario.engines);
-        let mut results: Vec<(String, Retrieved)> = Vec::new();
-        for engine in &engines {
-            engine.available()?;
-            let label = engine.label().to_string();
-            if results.iter().any(|(l, _)| *l == label) {
-                return Err(Error::new(format!("two engines are called `{label}`"))
-                    .help("give each a `label` of its own"));
-            }
-            self.say(&format!("retrieving link parameters with {label}"));
-            let start = std::time::Instant::now();
-            let found = engine.retrieve(&problem, &|_| ControlFlow::Continue(()))?;
-            self.timing.insert(label.clone(), start.elapsed().as_secs_f64());
-            results.push((label, found));
-        }
+        let results = self.run_engines(&engines, &problem)?;
         let bound = results
             .iter()
             .filter_map(|(_, r)| r.lower_bound)
@@ -67,6 +55,57 @@ impl Study<'_> {
         Ok(Some(FromEngines { space, found, reports }))
     }
 
+    /// Whether the engines can run, found out before the first one does.
+    fn make_ready(&self, engines: &mut [Box<dyn RetrievalEngine>]) -> Result<()> {
+        let mut labels = BTreeSet::new();
+        for engine in engines.iter_mut() {
+            engine.available()?;
+            if !labels.insert(engine.label().to_string()) {
+                return Err(Error::new(format!("two engines are called `{}`", engine.label()))
+                    .help("give each a `label` of its own"));
+            }
+            engine.set_checkpoint(self.checkpoint.clone());
+        }
+        match self.checkpoint.as_ref().filter(|c| c.resume) {
+            Some(c) if !labels.iter().any(|label| c.file(label).is_file()) => {
+                let known: Vec<String> = labels.into_iter().collect();
+                Err(Error::new(format!("there is no checkpoint of {} to go on from", known.join(", ")))
+                    .in_file(&c.folder)
+                    .help("give the folder that the interrupted study wrote to, or start without --resume"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// One engine after the other, until one is asked to stop.
+    fn run_engines(
+        &mut self,
+        engines: &[Box<dyn RetrievalEngine>],
+        problem: &Problem,
+    ) -> Result<Vec<(String, Retrieved)>> {
+        let mut results: Vec<(String, Retrieved)> = Vec::new();
+        for engine in engines {
+            let label = engine.label().to_string();
+            if self.stopped {
+                self.warn(format!("stopped before {label} was run"));
+                continue;
+            }
+            self.say(&format!("retrieving link parameters with {label}"));
+            let start = std::time::Instant::now();
+            let found = engine.retrieve(problem, self.watch)?;
+            self.timing.insert(label.clone(), start.elapsed().as_secs_f64());
+            if found.stopped {
+                self.stopped = true;
+                self.warn(format!("{label}: {}", found.status));
+            }
+            results.push((label, found));
+        }
+        if let Some(checkpoint) = self.checkpoint.as_ref().filter(|_| !self.stopped) {
+            results.iter().try_for_each(|(label, _)| checkpoint.discard(label))?;
+        }
+        Ok(results)
+    }
+
     fn problem(
         &mut self,
         poses: Option<&FromPoses>,
@@ -78,8 +117,8 @@ impl Study<'_> {
         };
         let forms = forms(&self.robot, &space, &self.scenario.constraints)?;
         let search = search_space(&self.robot, &space, &self.scenario.constraints)?;
-        for assumed in search.assumed {
-            self.warn(format!("no constraint bounds the search: {assumed}"));
+        if !search.assumed.is_empty() {
+            self.warn(unbounded(&search.assumed));
         }
         let chart = Box::new(search.chart);
         let problem = Problem { space: space.space.clone(), objective, forms, chart, seed: self.seed };
@@ -155,6 +194,16 @@ impl Study<'_> {
         }
         total
     }
+}
+
+/// A warning that names the first coordinates whose bounds had to be assumed.
+fn unbounded(assumed: &[String]) -> String {
+    let shown = assumed.iter().take(4).cloned().collect::<Vec<_>>().join(", ");
+    let more = match assumed.len() {
+        0..=4 => String::new(),
+        n => format!(" and {} more", n - 4),
+    };
+    format!("no constraint bounds the search everywhere, so it was assumed: {shown}{more}")
 }
 
 fn report(

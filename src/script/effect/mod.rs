@@ -71,7 +71,7 @@ impl EffectScript {
     /// # Errors
     /// With file, line and column when the script is none, or says something that cannot be.
     pub fn new(script: Script, with: &Settings) -> Result<Self> {
-        let read = || {
+        let read = || -> Result<(EffectAbout, Settings, bool)> {
             let limits = Limits::default();
             let (machine, _) = machine(&script, &Rc::from([]), &limits)?;
             check(&machine)?;
@@ -124,7 +124,7 @@ impl EffectScript {
     /// With file, line and column when the script does not stop, returns something else than one number per
     /// parameter, or names a joint that is not there.
     pub fn joint(&self, joints: &[String], joint: usize, limits: &Limits) -> Result<JointColumns> {
-        let lower = || {
+        let lower = || -> Result<JointColumns> {
             let (machine, inputs) = machine(&self.script, &Rc::from(joints), limits)?;
             let mut trace =
                 Trace { effect: self, machine: &machine, inputs: &inputs, limits, joint, runs: 0 };
@@ -206,7 +206,7 @@ impl Trace<'_> {
                 let ids: Vec<Id> = all.iter().map(|(_, ids)| ids[i]).collect();
                 choice(&mut tracer.graph, &taken, &ids, 0)
             })
-            .collect::<Result<_, _>>()
+            .collect::<Result<Vec<Id>, String>>()
             .map_err(|what| Error::new(what).at(line, column))?;
         Ok(Flow::new(&tracer.graph, &roots))
     }

@@ -44,11 +44,11 @@ pub(super) type Inputs = Rc<RefCell<Vec<Input>>>;
 
 /// The joint whose columns are asked for.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct JointView(pub(super) usize);
+pub(in crate::script) struct JointView(pub(super) usize);
 
 /// The moment at hand, seen from a joint.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Moment(pub(super) usize);
+pub(in crate::script) struct Moment(pub(super) usize);
 
 /// Properties of what effect scripts get, for error messages.
 pub(in crate::script) const PROPERTIES: [(&str, &str); 2] = [
