@@ -339,9 +339,9 @@ fn check_explains_and_tries_a_script() {
 
 fn csv(log: &lacuna::log::Log) -> String {
     let mut text = String::from("t,q1,q2,dq1,dq2,tau1,tau2\n");
+    let dq = log.dq.as_ref().expect("velocities are logged");
     for k in 0..log.t.len() {
-        let row =
-            [log.t[k], log.q[0][k], log.q[1][k], log.dq[0][k], log.dq[1][k], log.tau[0][k], log.tau[1][k]];
+        let row = [log.t[k], log.q[0][k], log.q[1][k], dq[0][k], dq[1][k], log.tau[0][k], log.tau[1][k]];
         text += &(row.map(|x| x.to_string()).join(",") + "\n");
     }
     text
