@@ -294,7 +294,7 @@ fn friction_under_load_is_fitted_in_turns_with_the_model() {
 
 #[test]
 fn one_parameter_may_stand_for_all_joints() {
-    let text = one("[now.dq]").replace("meaning: \"m\"", "meaning: \"m\", shared: true");
+    let text = one("[now.dq]").replace("meaning: \"m\"", "meaning: \"m\", common: true");
     let arm = robot("two_link.ron");
     let effect = scripted(&text).expect("reads");
     let terms = effect.terms(&arm).expect("fits");

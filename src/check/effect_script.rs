@@ -71,7 +71,7 @@ fn parameters(script: &EffectScript) -> Vec<String> {
             (false, true) => format!(", at most {}", p.max),
             (false, false) => String::new(),
         };
-        let whose = if p.shared { "one for all joints" } else { "one per joint" };
+        let whose = if p.common { "one for all joints" } else { "one per joint" };
         lines.push(format!("{} [{}]: {}; {whose}{limits}", p.symbol, p.unit, p.meaning));
     }
     for s in &about.shapes {

@@ -169,7 +169,7 @@ impl Effect for ScriptedEffect {
         let joints = self.written.joints.indices(robot)?;
         let terms = |parameter: &EffectParameter| -> Vec<Term> {
             let unit = lasting(&parameter.unit);
-            if parameter.shared {
+            if parameter.common {
                 return vec![Term { symbol: parameter.symbol.clone(), unit, joints: joints.clone() }];
             }
             let one =
@@ -188,8 +188,8 @@ impl Effect for ScriptedEffect {
             let columns = part.over(script, at, &shapes, &self.traces)?;
             let mut first = 0;
             for (parameter, column) in script.about().parameters.iter().zip(&columns) {
-                let term = if parameter.shared { first } else { first + place };
-                first += if parameter.shared { 1 } else { count };
+                let term = if parameter.common { first } else { first + place };
+                first += if parameter.common { 1 } else { count };
                 out.column(term, part.joint, |slot| slot.copy_from_slice(column));
             }
         }
@@ -229,11 +229,11 @@ impl Effect for ScriptedEffect {
 
     fn implausible(&self, values: &[f64]) -> Option<String> {
         let parameters = &self.loaded.as_ref()?.about().parameters;
-        let shared = parameters.iter().filter(|p| p.shared).count();
+        let shared = parameters.iter().filter(|p| p.common).count();
         let joints = values.len().saturating_sub(shared) / (parameters.len() - shared).max(1);
         let mut rest = values.iter();
         for parameter in parameters {
-            for &value in rest.by_ref().take(if parameter.shared { 1 } else { joints }) {
+            for &value in rest.by_ref().take(if parameter.common { 1 } else { joints }) {
                 if !(parameter.min <= value && value <= parameter.max) {
                     let (symbol, unit) = (&parameter.symbol, &parameter.unit);
                     return Some(format!(

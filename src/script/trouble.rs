@@ -98,7 +98,7 @@ fn explain(error: &EvalAltResult, dialect: &Dialect, seconds: f64) -> Error {
         }
         E::ErrorDotExpr(what, _) | E::ErrorIndexingType(what, _) => property(what),
         E::ErrorPropertyNotFound(name, _) => Error::new(format!("the map has no `{name}`"))
-            .help("settings are those that `fn settings()` of the script returns"),
+            .help("settings are those that `fn settings()` returns, memory what `fn about()` lists"),
         E::ErrorVariableNotFound(name, _) => Error::new(format!("nothing is called `{name}` here"))
             .help("a function sees its own arguments and `let`s, nothing from outside"),
         E::ErrorMismatchDataType(wanted, got, _) if wanted == "bool" => Error::new(format!(

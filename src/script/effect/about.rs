@@ -28,7 +28,7 @@ pub struct EffectAbout {
 /// A linear parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EffectParameter {
-    /// Symbol; a joint's number is appended unless it is `shared`.
+    /// Symbol; a joint's number is appended unless it is `common`.
     pub symbol: String,
     /// Unit.
     pub unit: String,
@@ -39,7 +39,7 @@ pub struct EffectParameter {
     /// Largest value that can be physics; infinity where any can.
     pub max: f64,
     /// Whether all joints have the same one.
-    pub shared: bool,
+    pub common: bool,
 }
 
 /// A number that the columns depend on nonlinearly.
@@ -62,7 +62,7 @@ pub struct EffectShape {
 }
 
 const KEYS: [&str; 7] = ["title", "text", "equation", "confused_with", "parameters", "shapes", "memory"];
-const PARAMETER: [&str; 6] = ["symbol", "unit", "meaning", "min", "max", "shared"];
+const PARAMETER: [&str; 6] = ["symbol", "unit", "meaning", "min", "max", "common"];
 const SHAPE: [&str; 7] = ["symbol", "unit", "meaning", "value", "min", "max", "trials"];
 
 /// A map that is taken apart key by key; what it lacks or has too much is an error at `fn about()`.
@@ -112,7 +112,7 @@ fn parameter(value: Dynamic, place: (usize, usize)) -> Result<EffectParameter> {
         meaning: fields.text("meaning")?,
         min,
         max,
-        shared: fields.flag("shared")?,
+        common: fields.flag("common")?,
         symbol,
     })
 }

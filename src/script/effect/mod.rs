@@ -24,7 +24,7 @@ use super::paths::{Taken, ways};
 use super::program::Flow;
 use super::rules::choice;
 use super::tracer::{Number, kind};
-use super::{Script, Settings, trouble};
+use super::{Script, Settings};
 use crate::error::{Error, Result};
 use sample::{Inputs, unknown};
 
