@@ -32,6 +32,8 @@ pub enum Kind {
     Coefficients,
     /// Script of constraints.
     Script,
+    /// Plant and logs to simulate.
+    Experiment,
 }
 
 impl Kind {
@@ -47,6 +49,7 @@ impl Kind {
             Self::Model => "a finished model",
             Self::Coefficients => "published coefficients",
             Self::Script => "a script of constraints",
+            Self::Experiment => "a plant to simulate",
         }
     }
 }
@@ -55,7 +58,7 @@ impl Kind {
 const HEAD: u64 = 1 << 16;
 
 /// Outermost fields by which RON files are told apart.
-const FIELDS: [(Kind, &[&str]); 5] = [
+const FIELDS: [(Kind, &[&str]); 6] = [
     (Kind::DenavitHartenberg, &["convention", "rows", "gravity", "frames", "angles", "name"]),
     (
         Kind::Scenario,
@@ -74,6 +77,22 @@ const FIELDS: [(Kind, &[&str]); 5] = [
             "constraints",
             "presets",
             "engines",
+        ],
+    ),
+    (
+        Kind::Experiment,
+        &[
+            "robot",
+            "logs",
+            "effects",
+            "seed",
+            "gravity",
+            "parameters",
+            "controller",
+            "sensors",
+            "method",
+            "decimals",
+            "exact_motion",
         ],
     ),
     (Kind::Model, &["lacuna", "robot", "origin", "signals", "effects", "parameters"]),
