@@ -3,6 +3,7 @@
 pub mod check;
 pub mod conformance;
 pub mod constraints;
+pub mod diagnose;
 pub mod effects;
 pub mod error;
 pub mod excitation;
@@ -23,6 +24,7 @@ pub mod robot;
 pub mod scenario;
 pub mod script;
 pub mod signals;
+pub mod simulate;
 pub mod space;
 pub mod study;
 pub mod text;

@@ -41,6 +41,21 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("kernels", vec!["robot", "linalg"]),
         ("excitation", vec!["robot", "random"]),
         ("plant", vec!["robot", "random", "excitation", "log"]),
+        (
+            "simulate",
+            vec![
+                "robot",
+                "log",
+                "excitation",
+                "random",
+                "plant",
+                "scenario",
+                "signals",
+                "effects",
+                "identify",
+                "model",
+            ],
+        ),
         ("effects", vec!["robot", "kernels", "signals", "script"]),
         ("model", vec!["robot", "kernels", "signals", "effects", "identify"]),
         ("identify", vec!["robot", "kernels", "linalg", "log", "signals", "effects", "model"]),
@@ -62,6 +77,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
                 "robot",
                 "scenario",
                 "signals",
+                "simulate",
                 "study",
                 "constraints",
                 "random",
@@ -76,7 +92,24 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("constraints", vec!["space", "form", "retrieval", "robot", "script"]),
         ("script", vec!["space", "form"]),
         ("export", vec!["identify", "model_file", "robot"]),
-        ("report", vec!["identify", "retrieval", "robot"]),
+        (
+            "diagnose",
+            vec![
+                "effects",
+                "identify",
+                "kernels",
+                "linalg",
+                "log",
+                "model",
+                "model_file",
+                "predict",
+                "random",
+                "report",
+                "robot",
+                "signals",
+            ],
+        ),
+        ("report", vec!["diagnose", "identify", "retrieval", "robot"]),
         (
             "scenario",
             vec!["constraints", "effects", "excitation", "identify", "plant", "retrieval", "signals"],
@@ -115,6 +148,16 @@ fn the_plant_shares_no_code_with_what_is_fitted() {
         let text = fs::read_to_string(&path).expect("reads");
         for forbidden in ["crate::kernels", "crate::effects", "crate::model", "crate::identify"] {
             assert!(!text.contains(forbidden), "{} uses {forbidden}", path.display());
+        }
+    }
+}
+
+#[test]
+fn only_the_simulation_knows_where_the_truth_lies() {
+    for path in rust_files("src").into_iter().filter(|p| !p.starts_with("src/simulate")) {
+        let text = fs::read_to_string(&path).expect("reads");
+        for word in ["\"truth\"", "\"truth/", "/truth\"", "/truth/", "plant.ron"] {
+            assert!(!text.contains(word), "{} knows {word}", path.display());
         }
     }
 }

@@ -12,6 +12,7 @@ use crate::log::{ColumnMap, Log, StaticPoses};
 use crate::model_file::ModelFile;
 use crate::robot::Robot;
 use crate::scenario::Published;
+use crate::simulate;
 use crate::text;
 
 /// What may be given beside the file.
@@ -50,6 +51,7 @@ fn examine(path: &Path, options: &Options, report: &mut Report) -> Result<()> {
         Kind::ColumnMap => column_map(path, options, report),
         Kind::Model => model(path, options, report),
         Kind::Coefficients => coefficients(path, options, report),
+        Kind::Experiment => experiment(path, report),
         Kind::Script => script::examine(path, options, report),
         Kind::EffectScript => effect_script::examine(path, options, report),
     }
@@ -188,6 +190,22 @@ fn model(path: &Path, options: &Options, report: &mut Report) -> Result<()> {
     if let Some(robot) = needed_robot(options, "its parameters", report)? {
         model.on(&robot).map_err(|e| e.in_file(path))?;
     }
+    Ok(())
+}
+
+fn experiment(path: &Path, report: &mut Report) -> Result<()> {
+    let (experiment, plant) = simulate::open(path, None)?;
+    let seconds: f64 = experiment.logs.iter().map(|log| log.duration_s + 2.0 * log.ramp_s).sum();
+    let lines = vec![
+        format!("of robot `{}`, with {} effects in all logs", plant.robot.name, plant.effects.len()),
+        format!(
+            "{} logs, {seconds:.1} s in all, every {} s",
+            experiment.logs.len(),
+            plant.sensors.sampling_time_s
+        ),
+    ];
+    report.sections.push(Section::wrapped("plant", lines));
+    report.next = vec![format!("lacuna simulate {} --out DIR", path.display())];
     Ok(())
 }
 

@@ -34,6 +34,8 @@ pub enum Kind {
     Script,
     /// Script of an effect.
     EffectScript,
+    /// Plant and logs to simulate.
+    Experiment,
 }
 
 impl Kind {
@@ -50,6 +52,7 @@ impl Kind {
             Self::Coefficients => "published coefficients",
             Self::Script => "a script of constraints",
             Self::EffectScript => "a script of an effect",
+            Self::Experiment => "a plant to simulate",
         }
     }
 }
@@ -58,7 +61,7 @@ impl Kind {
 const HEAD: u64 = 1 << 16;
 
 /// Outermost fields by which RON files are told apart.
-const FIELDS: [(Kind, &[&str]); 5] = [
+const FIELDS: [(Kind, &[&str]); 6] = [
     (Kind::DenavitHartenberg, &["convention", "rows", "gravity", "frames", "angles", "name"]),
     (
         Kind::Scenario,
@@ -77,6 +80,22 @@ const FIELDS: [(Kind, &[&str]); 5] = [
             "constraints",
             "presets",
             "engines",
+        ],
+    ),
+    (
+        Kind::Experiment,
+        &[
+            "robot",
+            "logs",
+            "effects",
+            "seed",
+            "gravity",
+            "parameters",
+            "controller",
+            "sensors",
+            "method",
+            "decimals",
+            "exact_motion",
         ],
     ),
     (Kind::Model, &["lacuna", "robot", "origin", "signals", "effects", "parameters"]),

@@ -3,11 +3,13 @@
 mod check;
 mod compare;
 mod console;
+mod diagnose;
 mod dynamics;
 mod export;
 mod interrupt;
 mod list;
 mod scenario;
+mod simulate;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -80,6 +82,8 @@ enum Command {
     },
     /// Check a scenario, robot, log, column map or model, and a log against a robot.
     Check(check::Check),
+    /// Compare model and measurement: where the model fails, and what is missing.
+    Diagnose(diagnose::Diagnose),
     /// List what there is: effects, constraints, engines; with a name, explain it.
     List {
         /// `effects`, `constraints` or `engines`.
@@ -91,6 +95,11 @@ enum Command {
     Export(export::Export),
     /// Inverse dynamics with the robot file's own inertias, as CSV on stdout.
     Dynamics(dynamics::Dynamics),
+    /// Make measurements of a described plant: hidden effects, controller, sensors, noise.
+    Simulate {
+        /// Description of plant and logs (RON).
+        file: PathBuf,
+    },
 }
 
 /// Runs the command line; the result is the process's exit code: 0 done, 1 the answer is negative,
@@ -103,10 +112,12 @@ pub(crate) fn run() -> ExitCode {
         Command::Compare { models, robot, data, columns, gravity } => {
             compare::run(&models, &robot, &data, columns.as_deref(), gravity.as_deref(), &arguments.global)
         }
+        Command::Diagnose(diagnose) => diagnose.run(&arguments.global, &console),
         Command::Check(check) => check.run(&arguments.global),
         Command::List { what, name } => list::run(&what, name.as_deref(), &arguments.global),
         Command::Export(export) => export.run(&arguments.global),
         Command::Dynamics(dynamics) => dynamics.run(&arguments.global),
+        Command::Simulate { file } => simulate::run(&file, &arguments.global, &console),
     });
     console.clear();
     match answer {

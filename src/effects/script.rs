@@ -53,7 +53,7 @@ impl ScriptedEffect {
                `effects/` are examples to start from; `lacuna check FILE --robot R --data A.csv` explains a script \
                and tries it on a log.",
         equation: "tau_j = sum of parameters times the columns that the script states",
-        parameters: &[],
+        parameters: &[("any", "as it says", "what `fn about()` of the script names, with units and limits")],
         confused_with: "whatever its author says",
     };
 
