@@ -42,6 +42,9 @@ pub enum Input {
 /// Inputs in the order of their first use; an input's place is its number among the unknowns.
 pub(super) type Inputs = Rc<RefCell<Vec<Input>>>;
 
+/// An input by its joint.
+type OfJoint = fn(usize) -> Input;
+
 /// The joint whose columns are asked for.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::script) struct JointView(pub(super) usize);
@@ -78,7 +81,7 @@ pub(super) fn register(engine: &mut Engine, shared: &Shared, inputs: &Inputs, jo
     let names = joints.clone();
     engine.register_get("name", move |joint: &mut JointView| names[joint.0].clone());
     engine.register_get("number", |joint: &mut JointView| joint.0 as i64 + 1);
-    let quantities: [(&str, fn(usize) -> Input); 7] = [
+    let quantities: [(&str, OfJoint); 7] = [
         ("t", |_| Input::Time),
         ("dt", |_| Input::Step),
         ("q", Input::Position),
