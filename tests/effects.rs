@@ -8,6 +8,8 @@ mod bodies;
 mod built_from_torque;
 #[path = "effects/catalogue.rs"]
 mod catalogue;
+#[path = "effects/hidden.rs"]
+mod hidden;
 #[path = "effects/limits.rs"]
 mod limits;
 #[path = "effects/local.rs"]

@@ -6,6 +6,7 @@ use super::report::{Problem, Report, Section};
 use super::{
     Kind, LogFacts, RobotFacts, effect_script, fields, kind, log, log_against_robot, scenario, script,
 };
+use crate::constraints::{LinkSpace, forms, open};
 use crate::error::{Error, Result};
 use crate::identify::BaseParameters;
 use crate::log::{ColumnMap, Log, StaticPoses};
@@ -51,6 +52,7 @@ fn examine(path: &Path, options: &Options, report: &mut Report) -> Result<()> {
         Kind::ColumnMap => column_map(path, options, report),
         Kind::Model => model(path, options, report),
         Kind::Coefficients => coefficients(path, options, report),
+        Kind::Constraints => constraints(path, options, report),
         Kind::Experiment => experiment(path, report),
         Kind::Script => script::examine(path, options, report),
         Kind::EffectScript => effect_script::examine(path, options, report),
@@ -221,5 +223,27 @@ fn coefficients(path: &Path, options: &Options, report: &mut Report) -> Result<(
         let count = base.rank() - published.coefficients.len();
         report.remarks.push(format!("{count} of the robot's base parameters are not published: taken as 0"));
     }
+    Ok(())
+}
+
+fn constraints(path: &Path, options: &Options, report: &mut Report) -> Result<()> {
+    let all = open(path)?;
+    report.next = vec![format!("in a scenario: presets: [\"{}\"]", path.display())];
+    let robot = needed_robot(options, "its links and parameters", report)?;
+    let mut lines = Vec::new();
+    for constraint in all {
+        let about = constraint.about();
+        let conditions = match &robot {
+            None => String::new(),
+            Some(robot) => {
+                let one = forms(robot, &LinkSpace::new(robot, &[]), std::slice::from_ref(&constraint));
+                let one = one.map_err(|e| text::placed(e, path))?;
+                let convex = if one.iter().all(|form| form.is_convex()) { "convex" } else { "not convex" };
+                format!(" ({} conditions, {convex})", one.len())
+            }
+        };
+        lines.push(format!("{}: {}{conditions}", about.name, about.title));
+    }
+    report.sections.push(Section::wrapped("constraints", lines));
     Ok(())
 }

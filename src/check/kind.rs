@@ -30,6 +30,8 @@ pub enum Kind {
     Model,
     /// Published coefficients.
     Coefficients,
+    /// List of constraints.
+    Constraints,
     /// Script of constraints.
     Script,
     /// Script of an effect.
@@ -50,6 +52,7 @@ impl Kind {
             Self::ColumnMap => "a column map",
             Self::Model => "a finished model",
             Self::Coefficients => "published coefficients",
+            Self::Constraints => "a list of constraints",
             Self::Script => "a script of constraints",
             Self::EffectScript => "a script of an effect",
             Self::Experiment => "a plant to simulate",
@@ -77,8 +80,9 @@ const FIELDS: [(Kind, &[&str]); 6] = [
             "weighting",
             "gravity",
             "drop_above_percent",
-            "constraints",
             "presets",
+            "constraints",
+            "objective",
             "engines",
         ],
     ),
@@ -139,6 +143,10 @@ pub fn recognise(path: &Path) -> Result<Kind> {
 }
 
 fn ron(path: &Path, text: &str) -> Result<Kind> {
+    let code = text.lines().map(str::trim_start).find(|line| !line.is_empty() && !line.starts_with("//"));
+    if code.is_some_and(|line| line.starts_with('[')) {
+        return Ok(Kind::Constraints);
+    }
     let fields = outer_fields(text);
     let hits = |known: &[&str]| fields.iter().filter(|f| known.contains(&f.name)).count();
     let best = FIELDS.iter().rev().max_by_key(|(_, known)| hits(known)).filter(|(_, known)| hits(known) > 0);
@@ -187,6 +195,6 @@ pub(super) fn head(path: &Path) -> Result<Vec<u8>> {
 fn unknown(path: &Path) -> Error {
     Error::new("this is no file that is known here").in_file(path).at(1, 1).help(
         "known are robots (URDF, or RON with `convention` and `rows`), scenarios (RON with `robot`), logs and \
-         static poses (CSV with a header), column maps, models and coefficients (RON)",
+         static poses (CSV with a header), column maps, models, coefficients and lists of constraints (RON)",
     )
 }

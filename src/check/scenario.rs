@@ -7,14 +7,18 @@ use super::report::{Problem, Report, Section};
 use crate::constraints::{self, LinkSpace};
 use crate::error::{Error, Result};
 use crate::identify::BaseParameters;
+use crate::identify::Weighting;
 use crate::log::{ColumnMap, StaticPoses};
+use crate::model::Model;
 use crate::robot::Robot;
-use crate::scenario::{Logs, Objective, Poses, Published, Scenario};
+use crate::scenario::{HoldOut, Logs, Objective, Poses, Published, Scenario};
+use crate::signals::{ClockChoice, VelocityFrom};
 use crate::space::Parameter;
 use crate::text;
 
 /// A scenario being looked at.
 struct Look<'a> {
+    path: &'a Path,
     folder: PathBuf,
     options: &'a Options,
     report: &'a mut Report,
@@ -30,7 +34,7 @@ pub(super) fn examine(path: &Path, options: &Options, report: &mut Report) -> Re
     report.sections.push(Section::wrapped("signal step", signals(&scenario)));
     report.next = vec![format!("lacuna scenario {}", path.display())];
     let folder = path.parent().unwrap_or(Path::new(".")).to_path_buf();
-    let mut look = Look { folder, options, report };
+    let mut look = Look { path, folder, options, report };
     let gravity = options.gravity.or(scenario.gravity);
     let folder = look.folder.clone();
     let mut effects = std::mem::take(&mut scenario.effects);
@@ -56,21 +60,25 @@ fn steps(scenario: &Scenario) -> Vec<String> {
         None => {}
     }
     let effects: Vec<&str> = scenario.effects.iter().map(|e| e.about().name).collect();
-    let fit = format!("fit {} ({:?} least squares)", effects.join(" + "), scenario.weighting);
+    let weighting = match scenario.weighting {
+        Weighting::Ordinary => "ordinary least squares",
+        Weighting::Joint => "least squares, joints weighed by their residuals",
+        Weighting::Huber => "robust least squares",
+    };
+    let fit = format!("fit {} ({weighting})", effects.join(" + "));
     match &scenario.logs {
         Some(Logs::Files { fit: files, validate, .. }) => {
             let names: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
             lines.push(format!("{fit} to {}", names.join(", ")));
-            lines.push(format!("hold rows out: {:?}", scenario.hold_out));
+            lines.push(held_out(scenario.hold_out));
             lines.extend(validate.iter().map(|f| format!("predict {}, never fitted", f.display())));
         }
         Some(Logs::Simulated(s)) => {
-            let physics = s.effects.len();
-            lines.push(format!(
-                "simulate {} s of motion with {physics} effects beside rigid links",
-                s.duration_s
-            ));
-            lines.push(format!("{fit} to that; hold rows out: {:?}", scenario.hold_out));
+            let physics: Vec<&str> = s.effects.iter().map(|e| e.typetag_name()).collect();
+            let physics = if physics.is_empty() { "nothing".to_owned() } else { physics.join(" + ") };
+            lines.push(format!("simulate {} s of motion with {physics} beside rigid links", s.duration_s));
+            lines.push(format!("{fit} to that"));
+            lines.push(held_out(scenario.hold_out));
         }
         None => {}
     }
@@ -79,22 +87,52 @@ fn steps(scenario: &Scenario) -> Vec<String> {
         lines.push(format!("freeze the rigid part of {from} and fit sigmoid friction to the rest"));
     }
     if !scenario.engines.is_empty() {
-        let engines: Vec<&str> = scenario.engines.iter().map(|e| e.label()).collect();
-        lines.push(format!("retrieve feasible link parameters with {}", engines.join(", ")));
+        lines.push(retrieval(scenario));
     }
     lines.push("write report.json and model.ron; every random draw follows from its seed".into());
     lines
 }
 
+fn held_out(hold_out: HoldOut) -> String {
+    match hold_out {
+        HoldOut::Auto => {
+            "hold out equal phases where the motion repeats, else blocks, and predict them".into()
+        }
+        HoldOut::SamePhase { period_s, folds } => {
+            format!("hold out equal phases of a period of {period_s} s in {folds} folds, and predict them")
+        }
+        HoldOut::Contiguous { block_s, folds } => {
+            format!("hold out blocks of {block_s} s in {folds} folds, and predict them")
+        }
+    }
+}
+
+fn retrieval(scenario: &Scenario) -> String {
+    let engines: Vec<&str> = scenario.engines.iter().map(|e| e.label()).collect();
+    let mut under: Vec<String> =
+        scenario.presets.iter().map(|file| format!("those of {}", file.display())).collect();
+    under.extend(scenario.constraints.iter().map(|c| c.about().name.to_string()));
+    let under = if under.is_empty() { "no constraint".to_owned() } else { under.join(", ") };
+    format!("retrieve feasible link parameters with {} under {under}", engines.join(" and "))
+}
+
 fn signals(scenario: &Scenario) -> Vec<String> {
     let s = &scenario.signals;
+    let velocity = match s.velocity_from {
+        VelocityFrom::Auto => "velocity as logged, from position where there is none",
+        VelocityFrom::Position => "velocity from position",
+        VelocityFrom::Velocity => "velocity as logged",
+    };
+    let clock = match s.clock {
+        ClockChoice::Auto => "clock rebuilt where the data prove it",
+        ClockChoice::Stamps => "clock as the time stamps say",
+        ClockChoice::Rebuilt => "clock rebuilt",
+    };
     vec![format!(
-        "mode {}, band {} Hz, Butterworth order {} both ways, velocity {:?}, clock {:?}, {} s trimmed",
+        "mode {}, band {} Hz, Butterworth order {} both ways, {velocity}, {clock}, {} s trimmed",
         s.mode.name(),
         s.band_hz,
         s.order,
-        s.velocity_from,
-        s.clock,
         s.trim_s
     )]
 }
@@ -123,11 +161,8 @@ impl Look<'_> {
         let opened = open_robot(&self.folder.join(&scenario.robot), gravity);
         let pair = self.taken(opened)?;
         describe(&pair.0, self.report);
-        for effect in &scenario.effects {
-            if let Err(error) = effect.terms(&pair.0) {
-                self.problem(error);
-            }
-        }
+        let model = Model::new(&pair.0, scenario.effects.clone());
+        self.taken(model.map_err(|e| text::placed(e, self.path)));
         Some(pair)
     }
 

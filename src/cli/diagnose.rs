@@ -5,7 +5,7 @@ use lacuna::log::{ColumnMap, Log};
 use lacuna::model_file::ModelFile;
 use lacuna::robot::Robot;
 use lacuna::scenario::{HoldOut, Logs, Scenario};
-use lacuna::signals::{Folds, Mode, Rows, Run, Settings};
+use lacuna::signals::{Mode, Run, Settings};
 use lacuna::{Error, Result, report, text};
 
 use super::console::Console;
@@ -63,7 +63,6 @@ struct Inputs {
     choose: bool,
     hold_out: HoldOut,
     seed: u64,
-    name: String,
 }
 
 impl Diagnose {
@@ -73,14 +72,14 @@ impl Diagnose {
                 return Err(Error::new("both a scenario and --robot are given")
                     .help("give the scenario, or --robot and --data"));
             }
-            (Some(file), None) => self.from_scenario(file)?,
-            (None, Some(robot)) => self.from_flags(robot)?,
+            (Some(file), None) => self.in_scenario(file)?,
+            (None, Some(robot)) => self.in_flags(robot)?,
             (None, None) => {
                 return Err(Error::new("nothing to diagnose")
                     .help("lacuna diagnose FILE.ron, or lacuna diagnose --robot R --data A.csv"));
             }
         };
-        let folds = |runs: &[Run]| folds(inputs.hold_out, runs);
+        let folds = |runs: &[Run]| inputs.hold_out.folds(runs);
         let request = Request {
             robot: &inputs.robot,
             logs: inputs.logs,
@@ -104,15 +103,15 @@ impl Diagnose {
             print_json(&outcome.diagnosis)?;
         } else {
             print(&report::diagnosis_text(&outcome.diagnosis))?;
-            print(&self.next(&outcome, &inputs.robot_path, &inputs.name, written.as_deref()))?;
+            print(&self.next(&outcome, &inputs.robot_path, written.as_deref()))?;
         }
         Ok(outcome.diagnosis.verdict != lacuna::diagnose::Verdict::Undecided)
     }
 
-    fn from_scenario(&self, file: &Path) -> Result<Inputs> {
+    fn in_scenario(&self, file: &Path) -> Result<Inputs> {
         let scenario = Scenario::open(file)?;
         let folder = file.parent().unwrap_or(Path::new(".")).to_path_buf();
-        let robot_path = folder.join(&scenario.robot);
+        let robot_path = plain(&folder.join(&scenario.robot));
         let mut robot = open_robot(&robot_path, self.gravity.as_deref())?;
         if let (Some(gravity), None) = (scenario.gravity, &self.gravity) {
             robot = robot.with_gravity(nalgebra::Vector3::from(gravity));
@@ -150,13 +149,12 @@ impl Diagnose {
             choose: !chosen,
             hold_out: scenario.hold_out,
             seed: scenario.seed,
-            name: file.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned()),
             robot,
             robot_path,
         })
     }
 
-    fn from_flags(&self, path: &Path) -> Result<Inputs> {
+    fn in_flags(&self, path: &Path) -> Result<Inputs> {
         let robot = open_robot(path, self.gravity.as_deref())?;
         if self.data.is_empty() {
             return Err(Error::new("no log to explain").help("give --data A.csv"));
@@ -176,7 +174,6 @@ impl Diagnose {
             choose: true,
             hold_out: HoldOut::Auto,
             seed: 1,
-            name: "diagnosis".to_string(),
             robot_path: path.to_path_buf(),
             robot,
         })
@@ -198,7 +195,7 @@ impl Diagnose {
         Ok(Some(out.clone()))
     }
 
-    fn next(&self, outcome: &Outcome, robot: &Path, _name: &str, written: Option<&Path>) -> String {
+    fn next(&self, outcome: &Outcome, robot: &Path, written: Option<&Path>) -> String {
         let mut text = String::from("\n");
         if let Some(out) = written {
             text += &format!(
@@ -258,11 +255,17 @@ fn find(folder: &Path, file: &Path, missing: Option<&str>) -> Result<PathBuf> {
     })
 }
 
-fn folds(hold_out: HoldOut, runs: &[Run]) -> Result<Folds> {
-    let rows: Vec<Rows> = runs.iter().map(Run::rows).collect();
-    match hold_out {
-        HoldOut::Auto => Folds::choose(&runs.iter().collect::<Vec<_>>()),
-        HoldOut::SamePhase { period_s, folds } => Folds::same_phase(&rows, period_s, folds),
-        HoldOut::Contiguous { block_s, folds } => Folds::contiguous(&rows, block_s, folds),
+/// A path for people: without `name/..`.
+fn plain(path: &Path) -> PathBuf {
+    let mut short = PathBuf::new();
+    for part in path.components() {
+        let back = part == std::path::Component::ParentDir
+            && matches!(short.components().next_back(), Some(std::path::Component::Normal(_)));
+        if back {
+            short.pop();
+        } else {
+            short.push(part);
+        }
     }
+    short
 }

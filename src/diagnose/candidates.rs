@@ -39,10 +39,11 @@ impl Candidate {
 
     /// Computes the columns; none where the data lack what the effect needs (a temperature, say).
     fn fill(&mut self, data: &Data) {
-        let columns = |effect: &Box<dyn Effect>| -> Result<Vec<Arc<Column>>> {
-            Ok(data.candidate_columns(effect.as_ref())?.into_iter().map(Arc::new).collect())
+        let columns = |effect: &dyn Effect| -> Result<Vec<Arc<Column>>> {
+            Ok(data.candidate_columns(effect)?.into_iter().map(Arc::new).collect())
         };
-        self.columns = self.alternatives.iter().map(columns).collect::<Result<_>>().unwrap_or_default();
+        let all = self.alternatives.iter().map(|effect| columns(effect.as_ref()));
+        self.columns = all.collect::<Result<_>>().unwrap_or_default();
     }
 }
 

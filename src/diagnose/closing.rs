@@ -5,7 +5,7 @@ use super::parts::Part;
 use super::present::rms;
 use super::refine;
 use super::score::Score;
-use super::unknown::{Proposal, Search, boxed};
+use super::unknown::{Proposal, Search};
 use crate::effects::Effect;
 use crate::error::Result;
 
@@ -140,7 +140,7 @@ impl Ladder {
         };
         let joint = proposal.formula.joint.clone();
         let index = self.data.robot.joint_index(&joint).unwrap_or(0);
-        let effect = refine::shapes(&self.data, &self.present, boxed(&proposal.formula))?;
+        let effect = refine::shapes(&self.data, &self.present, proposal.formula.boxed())?;
         let values = self.values(effect.as_ref())?;
         let before = self.rms();
         let part = Part::found(&self.data, effect, Some(index), &values)?;

@@ -84,8 +84,7 @@ pub(super) fn drop_artefacts(ladder: &mut Ladder, smoother: Data) -> Result<bool
     if suspects.is_empty() {
         return Ok(false);
     }
-    let mut again = ladder.on(smoother)?;
-    again.refit()?;
+    let again = ladder.on(smoother)?;
     let mut dropped = false;
     for part in suspects {
         let z = again.without(part)?.0.map_or(0.0, |s| s.z);

@@ -8,7 +8,7 @@ use super::floor::Floor;
 use super::normal::Cholesky;
 use super::present::{Present, rms};
 use super::score::long_run_variance;
-use crate::effects::{ContactForce, Effect};
+use crate::effects::ContactForce;
 use crate::error::Result;
 
 /// Lengths of windows that are tried first \[s\].
@@ -73,11 +73,15 @@ impl Sums {
         Self { sums, width: p, count: n }
     }
 
+    /// The products over a window.
+    fn over(&self, window: &Range<usize>) -> Vec<f64> {
+        self.sums[window.end].iter().zip(&self.sums[window.start]).map(|(a, b)| a - b).collect()
+    }
+
     /// Coefficients over a window, and the weighted squared error they remove.
     fn window(&self, factor: &Cholesky, window: &Range<usize>) -> Option<(Vec<f64>, f64)> {
         let (p, n) = (self.width, self.count);
-        let s: Vec<f64> =
-            self.sums[window.end].iter().zip(&self.sums[window.start]).map(|(a, b)| a - b).collect();
+        let s = self.over(window);
         let mut h = s[n * p..n * p + n * n].to_vec();
         for k in 0..n {
             let shadow = factor.solve(&s[k * p..(k + 1) * p]);
@@ -127,21 +131,18 @@ fn in_run(data: &Data, present: &Present, floor: &Floor, run: usize) -> Result<O
     let mut weights = present.weights.clone();
     let per = |seconds: f64| (libm::round(seconds / rows.dt) as usize).max(1);
     let mut window = 0..0;
-    let mut answer = None;
     for round in 0..3 {
         let sums = Sums::new(present, &weights, &columns, &residual, span.clone());
         let try_window = |w: Range<usize>| sums.window(&present.all, &w).map(|(d, gain)| (w, d, gain));
         let candidates: Vec<Range<usize>> =
             if round == 0 { coarse(rows.count, &per) } else { edges(&window, rows.count, per(EDGE)) };
         let best = candidates.into_iter().filter_map(try_window).reduce(|a, b| if b.2 > a.2 { b } else { a });
-        let Some((w, d, gain)) = best else { return Ok(None) };
+        let Some((w, d, _)) = best else { return Ok(None) };
         window = w;
         let global = span.start + window.start..span.start + window.end;
         let after = without(present, &columns, &residual, &d, &global, &sums, &window);
         weights = outside_weights(&after, &global);
-        answer = Some((d, gain, after));
     }
-    let Some((_, _, _)) = answer else { return Ok(None) };
     // Once more with weights that know nothing of the contact.
     let sums = Sums::new(present, &weights, &columns, &residual, span.clone());
     let Some((d, gain)) = sums.window(&present.all, &window) else { return Ok(None) };
@@ -193,8 +194,7 @@ fn without(
     window: &Range<usize>,
 ) -> Vec<Vec<f64>> {
     let p = sums.width;
-    let s: Vec<f64> =
-        sums.sums[window.end].iter().zip(&sums.sums[window.start]).map(|(a, b)| a - b).collect();
+    let s = sums.over(window);
     let mut cross = vec![0.0; p];
     for (i, dk) in d.iter().enumerate() {
         cross.iter_mut().zip(&s[i * p..(i + 1) * p]).for_each(|(c, x)| *c += dk * x);
@@ -270,9 +270,4 @@ fn one_joint(
             sums.window(&present.all, window).map(|(_, gain)| gain)
         })
         .fold(0.0, f64::max)
-}
-
-/// Boxes a contact as any other effect.
-pub(super) fn boxed(contact: &Contact) -> Box<dyn Effect> {
-    Box::new(contact.effect.clone())
 }

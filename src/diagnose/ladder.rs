@@ -18,6 +18,7 @@ use crate::error::Result;
 
 /// Offset, viscous and Coulomb friction come first in the catalogue, after the rigid body.
 const PLAIN: usize = 3;
+
 /// One effect that was added, with what it brought.
 #[derive(Debug, Clone)]
 pub(super) struct Rung {
@@ -90,7 +91,7 @@ impl Ladder {
         self.response.residual.iter().map(|r| rms(r)).collect()
     }
 
-    /// The same parts on other data.
+    /// The same parts, fitted to other data.
     pub fn on(&self, data: Data) -> Result<Self> {
         let mut parts = self.parts.clone();
         let mut data = data;
@@ -100,9 +101,7 @@ impl Ladder {
             }
         }
         parts.rebuild(&data, false)?;
-        let present = Present::new(&data, parts.columns());
-        let response = present.respond(&data, data.tau.clone());
-        Ok(Self {
+        let mut again = Self {
             data,
             parts,
             limits: self.limits.clone(),
@@ -110,14 +109,16 @@ impl Ladder {
             gate: self.gate,
             flips: self.flips,
             candidates: Vec::new(),
-            present,
-            response,
+            present: self.present.clone(),
+            response: self.response.clone(),
             rungs: self.rungs.clone(),
             refused: Vec::new(),
             unknown: Vec::new(),
             events: self.events.clone(),
             best_left: 0.0,
-        })
+        };
+        again.refit()?;
+        Ok(again)
     }
 
     /// Held-out rms of each joint when some parts are left out.
@@ -161,7 +162,7 @@ impl Ladder {
         let Some(contact) = events::contact(&self.data, &self.present, &self.floor)? else { return Ok(()) };
         say(&format!("contact from {:.2} s to {:.2} s", contact.effect.from_s, contact.effect.to_s));
         let before = self.rms();
-        let part = Part::found(&self.data, events::boxed(&contact), None, &contact.force)?;
+        let part = Part::found(&self.data, contact.effect.boxed(), None, &contact.force)?;
         let part = self.parts.add(part);
         self.refit()?;
         let after = self.rms();
@@ -185,12 +186,6 @@ impl Ladder {
         Ok(())
     }
 
-    /// Scores everything that is not yet part of the model, best first.
-    pub fn scan(&self) -> Vec<Scored> {
-        let projections = self.projections();
-        self.score_all(&projections, &self.response)
-    }
-
     fn projections(&self) -> Vec<Option<Projection>> {
         self.candidates
             .par_iter()
@@ -203,12 +198,14 @@ impl Ladder {
             .collect()
     }
 
-    fn score_all(&self, projections: &[Option<Projection>], response: &Response) -> Vec<Scored> {
-        let mut all: Vec<Scored> = projections
+    /// Scores everything that is not yet part of the model, best first.
+    fn scan(&self) -> Vec<Scored> {
+        let mut all: Vec<Scored> = self
+            .projections()
             .par_iter()
             .enumerate()
             .filter_map(|(candidate, projection)| {
-                let score = projection.as_ref()?.score(&self.data, &self.present, response)?;
+                let score = projection.as_ref()?.score(&self.data, &self.present, &self.response)?;
                 let usefulness = self.usefulness(self.candidates[candidate].joint, &score);
                 Some(Scored { candidate, score, usefulness })
             })

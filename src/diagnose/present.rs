@@ -181,8 +181,8 @@ impl Present {
     }
 
     fn residual_with(&self, data: &Data, factor: &Cholesky) -> Vec<Vec<f64>> {
-        let all = [0..data.count()];
-        let x = factor.solve(&self.products_of(&data.tau, &all));
+        let all = 0..data.count();
+        let x = factor.solve(&self.products_of(&data.tau, std::slice::from_ref(&all)));
         self.residual_of(&data.tau, &x)
     }
 

@@ -80,7 +80,7 @@ impl Choice<'_> {
     /// Cut-off of the velocity in signs, and its width joint by joint.
     fn sign(&self, settings: Settings, folds: &Folds) -> Result<(Settings, Vec<f64>)> {
         let mut choices = vec![settings.friction_cutoff_hz];
-        if self.free && settings.friction_cutoff_hz.is_none() {
+        if settings.friction_cutoff_hz.is_none() {
             choices.extend(
                 FRICTION_HZ.iter().filter(|hz| **hz > settings.position_cutoff_hz).map(|hz| Some(*hz)),
             );

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::data::{Column, Data};
 use super::present::{Present, Response};
 use super::score::{Projection, Score};
-use crate::effects::{Curve, Effect, Formula, Own};
+use crate::effects::{Curve, Formula, Own};
 use crate::error::Result;
 use crate::signals::Run;
 
@@ -294,9 +294,4 @@ fn range(values: &[f64]) -> (f64, f64) {
 fn hat(x: f64, low: f64, high: f64, h: usize, count: usize) -> f64 {
     let at = (x - low) / (high - low).max(1e-12) * count as f64;
     (1.0 - (at - h as f64).abs()).max(0.0)
-}
-
-/// Boxes a formula as any other effect.
-pub(super) fn boxed(formula: &Formula) -> Box<dyn Effect> {
-    Box::new(formula.clone())
 }

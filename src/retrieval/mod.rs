@@ -2,6 +2,7 @@
 //! objective and forms; nothing here knows robots, data or effects.
 
 mod audit;
+pub mod catalogue;
 pub mod certificate;
 mod chart;
 pub mod checkpoint;

@@ -7,7 +7,7 @@ fn refusal(text: &str) -> lacuna::Error {
     let arm = robot("two_link.ron");
     match scripted(text) {
         Err(error) => error,
-        Ok(effect) => columns(&effect, &arm, &motion(40), 40).expect_err(text),
+        Ok(effect) => columns(&effect, &arm, &motion(400), 400).expect_err(text),
     }
 }
 
@@ -37,7 +37,7 @@ fn columns_must_be_one_number_per_parameter() {
 
 #[test]
 fn names_are_checked() {
-    refused(&one("[now.dqq]"), (3, 6), &["did you mean `dq`", "dq_sharp", "load"]);
+    refused(&one("[now.dq_shrp]"), (3, 6), &["did you mean `dq_sharp`", "ddq", "load"]);
     refused(&one("[noww.dq]"), (3, 2), &["did you mean `now`"]);
     refused(&one("[joint.dq]"), (3, 8), &["a joint has no `dq`", "number"]);
     refused(&one("[now.joint(\"elbow\").q]"), (3, 6), &["joint1, joint2"]);
@@ -121,8 +121,9 @@ fn about_is_checked() {
 #[test]
 fn memory_must_be_kept_whole() {
     let with = |remember: &str| {
-        one("[memory.a + memory.b]").replace("parameters:", "memory: #{ a: 0.0, b: 1.0 }, parameters:")
-            + &format!("\nfn remember(joint, now, memory, with) {{ {remember} }}")
+        let text =
+            one("[memory.a + memory.b]").replace("parameters:", "memory: #{ a: 0.0, b: 1.0 }, parameters:");
+        format!("{text}\nfn remember(joint, now, memory, with) {{ {remember} }}")
     };
     assert!(scripted(&with("#{ a: memory.b, b: now.q }")).is_ok());
     refused(&with("#{ a: memory.a }"), (5, 4), &["forgets `b`", "a, b"]);

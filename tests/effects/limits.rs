@@ -10,10 +10,13 @@ use nalgebra::DMatrix;
 use crate::common::robot;
 use crate::motion::run;
 
+/// An effect, values that can be, and values that cannot.
+type Case = (Box<dyn Effect>, &'static [f64], &'static [f64]);
+
 #[test]
 fn physical_limits() {
     let all = || Joints::All;
-    let cases: Vec<(Box<dyn Effect>, &[f64], &[f64])> = vec![
+    let cases: Vec<Case> = vec![
         (Box::new(ViscousFriction::default()), &[0.1], &[-0.1]),
         (Box::new(CoulombFriction::default()), &[0.1, 0.0], &[0.1, -0.1]),
         (Box::new(PreslidingHysteresis { joints: all(), s: 100.0, width: 0.0 }), &[0.1], &[-0.1]),

@@ -80,7 +80,7 @@ fn where_a_run_is_cut_does_not_matter() {
 #[test]
 fn a_stiff_bristle_is_a_sign() {
     let run = dithering();
-    let column = &columns(&robot("panda.ron"), &run, &effect(1e7, 0.0))[0][3];
+    let column = &columns(&robot("panda.ron"), &run, &effect(1e9, 0.0))[0][3];
     let off = column.iter().filter(|y| y.abs() > 1e-3).count();
     assert!(off < 5, "{off} samples differ from the sign");
 }

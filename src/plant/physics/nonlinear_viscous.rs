@@ -1,8 +1,8 @@
 use serde::{Deserialize, Serialize};
 
+use super::PerJoint;
 use super::effect::{Moment, PlantEffect};
-use super::{PerJoint, check_positive};
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// Fastest motion for which the steepness is reckoned [rad/s, m/s].
 const FAST: f64 = 3.0;
@@ -27,7 +27,10 @@ impl NonlinearViscousFriction {
 #[typetag::serde(name = "nonlinear_viscous_friction")]
 impl PlantEffect for NonlinearViscousFriction {
     fn check(&self, dof: usize) -> Result<()> {
-        check_positive("the exponent of nonlinear viscous friction less 1", self.exponent - 1.0)?;
+        if !(self.exponent.is_finite() && self.exponent > 1.0) {
+            let what = format!("the `exponent` of nonlinear viscous friction is {}", self.exponent);
+            return Err(Error::new(what).help("give more than 1, such as 2; 1 is viscous_friction"));
+        }
         self.coefficients.check("nonlinear viscous friction", dof)
     }
 

@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 use super::PerJoint;
 use super::check_positive;
 use super::effect::{Moment, OwnSlope, PlantEffect};
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// Fastest motion for which the steepness is reckoned [rad/s, m/s].
 const FAST: f64 = 3.0;
@@ -65,8 +65,16 @@ impl PlantEffect for PreslidingHysteresis {
         self.levels.check_not_negative("presliding friction", dof)?;
         self.stiffness.check_not_negative("the stiffness of presliding friction", dof)?;
         check_positive("the velocity of presliding friction", self.velocity)?;
-        check_positive("`static_ratio` less 1, plus a trifle,", self.static_ratio - 1.0 + 1e-12)?;
-        check_positive("the damping of presliding friction, plus a trifle,", self.damping + 1e-12)
+        let sound = self.static_ratio >= 1.0 && self.damping >= 0.0;
+        if sound && self.static_ratio.is_finite() && self.damping.is_finite() {
+            return Ok(());
+        }
+        let what = format!(
+            "presliding friction has `static_ratio` {} and `damping` {}",
+            self.static_ratio, self.damping
+        );
+        Err(Error::new(what)
+            .help("breaking loose takes at least as much as sliding (1), damping is 0 or more"))
     }
 
     fn add_load(&self, now: &Moment, load: &mut [f64]) {

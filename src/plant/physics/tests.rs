@@ -157,6 +157,12 @@ fn factors_have_the_shapes_they_say() {
     assert!(value(&Factor::Beyond { of: 3, from: 0.5 }, 0.2).abs() < 1e-15);
     assert!((value(&Factor::Below { of: 3, to: 0.5 }, 0.2) + 0.3).abs() < 1e-12);
     assert!((value(&Factor::Speed(1), 0.0) - 0.5).abs() < 1e-15);
+    let switch = Factor::OnOff { period_s: 2.0, phase: 0.2 };
+    let at = |t: f64| switch.value(&Moment { t, q: &Q, dq: &Q, tau: &Q, own: &[], arm: &arm });
+    let steps: Vec<f64> = (0..1000).map(|k| at(0.02 * f64::from(k))).collect();
+    assert!(steps.iter().all(|x| (0.0..=1.0).contains(x)));
+    let mean = steps.iter().sum::<f64>() / 1000.0;
+    assert!((0.3..0.7).contains(&mean), "on about half of the time: {mean}");
     let channel = Factor::Channel { name: "pressure1".into(), period_s: 7.0, phase: 0.3, mean: 2.0 };
     assert!((1.0..3.0).contains(&value(&channel, 0.0)));
     let effect = Product { joint: 1, amplitude: 2.0, factors: vec![channel.clone()] };
