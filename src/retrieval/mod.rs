@@ -2,16 +2,21 @@
 //! objective and forms; nothing here knows robots, data or effects.
 
 mod audit;
+mod barrier;
 pub mod certificate;
 mod chart;
 mod cone;
+mod intervals;
 mod lmi;
 mod objective;
+mod prior;
 
 pub use audit::{Audit, ConstraintAudit, FEASIBLE, audit};
 pub use chart::{Chart, Identity};
+pub use intervals::{Interval, Quantity, Slack, intervals};
 pub use lmi::{LmiEngine, LmiSolution};
 pub use objective::Quadratic;
+pub use prior::{BodyMatrix, Chosen, TieBreak, choose};
 
 use std::fmt::Debug;
 use std::ops::ControlFlow;

@@ -1,0 +1,156 @@
+//! Which of many equally good answers: the data leave some directions open, and somebody has to choose. The
+//! choice is the user's, and the report says that the choice decided it.
+
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+
+use super::Problem;
+use super::barrier::{Barrier, minimise};
+use super::certificate::taken;
+use super::cone::{Effort, Ending, Program};
+use super::intervals::allowance;
+use super::lmi::{constrain, interior, misfit, repair};
+use crate::error::{Error, Result};
+use crate::form::{Affine, matrix};
+
+/// Distance that the smallest answer keeps from every limit, relative to its scale.
+const MARGIN: f64 = 1e-9;
+
+/// What decides between equally good answers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum TieBreak {
+    /// Nearest to these unknowns (values from a drawing, say): the smallest sum over the bodies' matrices of
+    /// `tr(P0⁻¹ P) - log det(P0⁻¹ P) - size`, the log-determinant divergence of Lee, Wensing and Park
+    /// (2019). It does not depend on units or frames.
+    Nearest {
+        /// The prior unknowns `z0`; every body's matrix must be positive definite there.
+        prior: Vec<f64>,
+    },
+    /// The largest product of the determinants: mass spread as widely and evenly over the bodies as data and
+    /// constraints allow (for a normal distribution of mass, the largest entropy).
+    Uniform,
+    /// The smallest sum of traces: least mass plus least second moment about the frames' origins, in SI
+    /// units.
+    Smallest,
+}
+
+/// A symmetric matrix that is affine in the unknowns and stands for a body: a link's pseudo-inertia.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodyMatrix {
+    /// The body's name, for messages.
+    pub name: String,
+    /// Number of rows.
+    pub size: usize,
+    /// Lower triangle by rows.
+    pub lower: Vec<Affine>,
+}
+
+/// The answer that a [`TieBreak`] chose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chosen {
+    /// The unknowns: they satisfy all convex forms, and their objective is at most the level asked for.
+    pub z: Vec<f64>,
+    /// What the tie-break minimises, there: divergence, minus the log-determinants, or the traces.
+    pub score: f64,
+    /// Newton steps made.
+    pub steps: usize,
+}
+
+/// The feasible point that `choice` prefers among all whose objective is at most `level`.
+///
+/// # Errors
+/// When a prior body is not physical, the set has no interior (no room to choose), or is unbounded in the
+/// direction that the choice prefers.
+pub fn choose(problem: &Problem, bodies: &[BodyMatrix], level: f64, choice: &TieBreak) -> Result<Chosen> {
+    match choice {
+        TieBreak::Smallest => smallest(problem, bodies, level),
+        TieBreak::Uniform => balanced(problem, bodies, level, &vec![None; bodies.len()]),
+        TieBreak::Nearest { prior } => {
+            if prior.len() != problem.space.len() {
+                let (given, wanted) = (prior.len(), problem.space.len());
+                return Err(Error::new(format!(
+                    "the prior has {given} values, the problem {wanted} unknowns"
+                ))
+                .help("take the prior from a file of the same robot"));
+            }
+            let inverse = |body: &BodyMatrix| {
+                let p0 = matrix(body.size, &body.lower, prior);
+                let factor = p0.clone().cholesky().filter(|_| p0.iter().all(|v| v.is_finite()));
+                factor.map(|f| Some(f.inverse())).ok_or_else(|| {
+                    Error::new(format!("the prior of `{}` is not a body: its pseudo-inertia is not positive definite", body.name))
+                        .help("give it mass and an inertia with all three principal moments below the sum of the other two")
+                })
+            };
+            let inverses = bodies.iter().map(inverse).collect::<Result<Vec<_>>>()?;
+            let mut chosen = balanced(problem, bodies, level, &inverses)?;
+            // What the barrier leaves out: log det P0 - size.
+            for (body, inverse) in bodies.iter().zip(inverses.iter().flatten()) {
+                let log_det = inverse.clone().cholesky().map_or(0.0, |f| -log_determinant(&f.l()));
+                chosen.score += log_det - body.size as f64;
+            }
+            Ok(chosen)
+        }
+    }
+}
+
+/// Logarithm of the determinant of `L Lᵀ`.
+pub(super) fn log_determinant(factor: &DMatrix<f64>) -> f64 {
+    factor.diagonal().iter().map(|d| 2.0 * libm::log(*d)).sum()
+}
+
+fn smallest(problem: &Problem, bodies: &[BodyMatrix], level: f64) -> Result<Chosen> {
+    let traces = bodies.iter().fold(Affine::default(), |sum, body| {
+        (0..body.size).fold(sum, |sum, k| sum.plus(1.0, &body.lower[k * (k + 3) / 2]))
+    });
+    let mut program = Program::new(problem.space.len());
+    let forms = taken(&problem.forms);
+    // A little less than allowed, for the solver's rounding.
+    let allowance = (1.0 - MARGIN.sqrt()) * allowance(&problem.objective, level)?;
+    misfit(&mut program, &problem.objective, Affine::constant(allowance));
+    constrain(&mut program, &forms, &Affine::constant(MARGIN));
+    program.cost.clone_from(&traces.terms);
+    let outcome = program.solve(Effort { tolerance: 1e-9, ..Effort::default() }, None)?;
+    match outcome.ending {
+        Ending::Infeasible => Err(no_room(level)),
+        Ending::Unbounded => Err(unbounded()),
+        _ => {
+            let mut z = outcome.x[..problem.space.len()].to_vec();
+            repair(&mut z, &forms)?;
+            Ok(Chosen { score: traces.at(&z), z, steps: outcome.iterations as usize })
+        }
+    }
+}
+
+/// Minimises `sum tr(inverse P) - log det P`.
+fn balanced(
+    problem: &Problem,
+    bodies: &[BodyMatrix],
+    level: f64,
+    inverses: &[Option<DMatrix<f64>>],
+) -> Result<Chosen> {
+    let forms = taken(&problem.forms);
+    let allowance = allowance(&problem.objective, level)?;
+    let start = interior(problem.space.len(), &forms, |program, depth| {
+        let room = Affine::constant(allowance).plus(-allowance, &Affine::variable(depth));
+        misfit(program, &problem.objective, room);
+    })?;
+    let start = start.ok_or_else(|| no_room(level))?;
+    let barrier = Barrier::new(problem, &forms, allowance, bodies, inverses);
+    let found = minimise(&barrier, start).ok_or_else(|| no_room(level))?;
+    if found.converged {
+        Ok(Chosen { score: barrier.score(&found.z), z: found.z, steps: found.steps })
+    } else {
+        Err(unbounded())
+    }
+}
+
+fn no_room(level: f64) -> Error {
+    Error::new(format!("the parameters with an objective of at most {level:e} leave no room to choose from"))
+        .help("allow a larger slack, or keep the optimum as it is")
+}
+
+fn unbounded() -> Error {
+    Error::new("the choice between equally good parameters has no end: masses or inertias are not bounded")
+        .help("add a range of masses and of inertias to the constraints")
+}
