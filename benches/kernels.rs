@@ -18,7 +18,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 const SAMPLES: usize = 1000;
 /// What the least-squares code fills at once.
-const STRETCH: usize = 256;
+const STRETCH: usize = 128;
 
 fn main() {
     println!("1000 samples per row: read µs as ns per sample. [..] is Pinocchio's C++ in ns.");

@@ -67,6 +67,15 @@ impl Error {
         self
     }
 
+    /// The same error, said to be about `part` (a constraint of a list, say) where it does not say so itself.
+    #[must_use]
+    pub fn within(mut self, part: &str) -> Self {
+        if !self.what.contains(part) {
+            self.what = format!("{part}: {}", self.what);
+        }
+        self
+    }
+
     /// The message without place and help.
     pub fn message(&self) -> &str {
         &self.what

@@ -194,8 +194,10 @@ fn norm_gradient(rows: &[Affine], bound: &Affine, z: &[f64]) -> (f64, Vec<(usize
     let values: Vec<f64> = rows.iter().map(|r| r.at(z)).collect();
     let norm = values.iter().map(|v| v * v).sum::<f64>().sqrt();
     let mut sum = bound.clone();
-    for (row, value) in rows.iter().zip(&values).filter(|_| norm > 0.0) {
-        sum = sum.plus(-value / norm, row);
+    for (row, value) in rows.iter().zip(&values) {
+        // At the tip of the cone the slope is 0, one of those that will do there.
+        let slope = if norm > 0.0 { -value / norm } else { 0.0 };
+        sum = sum.plus(slope, row);
     }
     (bound.at(z) - norm, sum.terms)
 }

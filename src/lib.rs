@@ -1,9 +1,12 @@
 //! Identify robot arms from their logs, and find the physics the model is missing.
 
+pub mod check;
+pub mod conformance;
 pub mod constraints;
 pub mod effects;
 pub mod error;
 pub mod excitation;
+pub mod export;
 pub mod form;
 pub mod identify;
 pub mod kernels;

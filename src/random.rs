@@ -18,6 +18,11 @@ impl Stream {
         Self { generator, spare_normal: None }
     }
 
+    /// 64 random bits, to seed a generator of another kind.
+    pub(crate) fn bits(&mut self) -> u64 {
+        self.generator.next_u64()
+    }
+
     /// Uniform in `[0, 1)`: the upper 53 bits of a draw.
     pub(crate) fn uniform(&mut self) -> f64 {
         (self.generator.next_u64() >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)

@@ -6,11 +6,13 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::constraints::Constraint;
 use crate::effects::{Effect, classic};
 use crate::error::{Error, Result};
 use crate::excitation::{FourierMotion, SinusoidalVelocity};
 use crate::identify::{Search, Weighting};
 use crate::plant::{Controller, PlantEffect, Sensors};
+use crate::retrieval::RetrievalEngine;
 use crate::signals::Settings;
 use crate::text;
 
@@ -50,6 +52,28 @@ pub struct Scenario {
     /// The friction path: rigid part frozen, sigmoid fitted to the rest (section IV-B).
     #[serde(default)]
     pub friction: Option<FrictionPath>,
+    /// Files that hold lists of constraints, such as `panda_bounds.ron`.
+    #[serde(default)]
+    pub presets: Vec<PathBuf>,
+    /// What link parameters must satisfy (section V), beside the presets.
+    #[serde(default)]
+    pub constraints: Vec<Box<dyn Constraint>>,
+    /// What is minimised when link parameters are retrieved.
+    #[serde(default)]
+    pub objective: Objective,
+    /// Engines that retrieve feasible link parameters, all on the same problem; none when empty.
+    #[serde(default)]
+    pub engines: Vec<Box<dyn RetrievalEngine>>,
+}
+
+/// What is minimised when link parameters are retrieved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Objective {
+    /// Squared distance to the identified coefficients that were kept (two steps; eq. 29).
+    #[default]
+    Coefficients,
+    /// Squared torque error on the stacked regressor of the logs (one step).
+    Torque,
 }
 
 fn one() -> u64 {

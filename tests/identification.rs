@@ -263,3 +263,22 @@ fn published_motion_excites_all_coefficients() {
     assert!(found.unexcited.is_empty());
     assert!((60.0..130.0).contains(&found.condition_number), "{}", found.condition_number);
 }
+
+#[test]
+fn model_files_come_back_as_they_were_written() {
+    use lacuna::model_file::ModelFile;
+    let robot = robot("panda.ron");
+    let run = exact_run(&simulated(&robot, 0.5), 20);
+    let model = Model::new(&robot, classic()).expect("fits the robot");
+    let found = fitted(&model, &run, Weighting::Joint);
+    let file =
+        ModelFile::new(&model, &found.x, &found.classical_sd, Default::default(), "a test".to_string());
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("model.ron");
+    file.write(&path).expect("writes");
+    let (again, x) = ModelFile::open(&path).expect("reads").on(&robot).expect("fits the robot");
+    assert_eq!(again.columns, model.columns);
+    for (a, b) in x.iter().zip(&found.x) {
+        assert!((a - b).abs() <= 1e-15 * b.abs(), "{a} {b}");
+    }
+}

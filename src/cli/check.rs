@@ -1,13 +1,14 @@
 use std::path::PathBuf;
 
+use lacuna::check::{self, Options};
 use lacuna::{Error, Result};
 
-use super::Global;
+use super::{Global, print, print_json};
 
 /// Arguments of `lacuna check`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Check {
-    /// Scenario, robot, log, column map or model.
+    /// Scenario, robot, log, static poses, column map, model or coefficients.
     file: PathBuf,
     /// Robot to check a log against.
     #[arg(long, value_name = "FILE")]
@@ -15,10 +16,36 @@ pub(super) struct Check {
     /// Log to check the robot against.
     #[arg(long, value_name = "CSV")]
     data: Option<PathBuf>,
+    /// Column map for a log with foreign headers: a file, or the name of a shipped one.
+    #[arg(long, value_name = "MAP")]
+    columns: Option<PathBuf>,
+    /// Gravity in the base frame [m/s²], instead of the robot file's.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    gravity: Option<String>,
 }
 
 impl Check {
-    pub(super) fn run(self, _global: &Global) -> Result<bool> {
-        Err(Error::new("not here yet").in_file(&self.file))
+    /// True when nothing is wrong; what makes the file unusable is the error.
+    pub(super) fn run(self, global: &Global) -> Result<bool> {
+        let gravity = self.gravity.as_deref().map(gravity).transpose()?;
+        let options = Options { robot: self.robot, data: self.data, columns: self.columns, gravity };
+        let report = check::file(&self.file, &options);
+        if global.json {
+            print_json(&report)?
+        } else {
+            print(&report.text())?
+        }
+        match report.unusable() {
+            Some(error) => Err(error.clone()),
+            None => Ok(report.is_sound()),
+        }
     }
+}
+
+fn gravity(text: &str) -> Result<[f64; 3]> {
+    let parts: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
+    <[f64; 3]>::try_from(parts).ok().filter(|g| g.iter().all(|x| x.is_finite())).ok_or_else(|| {
+        Error::new(format!("--gravity {text}: not three numbers"))
+            .help("write for example --gravity 0,0,-9.81 [m/s², base frame]")
+    })
 }

@@ -1,3 +1,4 @@
+use lacuna::constraints;
 use lacuna::effects::{About, CATALOGUE};
 use lacuna::{Error, Result};
 use serde::Serialize;
@@ -9,18 +10,19 @@ pub(super) fn run(what: &str, name: Option<&str>, global: &Global) -> Result<boo
     match (what, name) {
         ("effects", None) => all(global),
         ("effects", Some(name)) => one(name, global),
-        ("constraints" | "engines", None) => {
+        ("constraints", None) => all_constraints(global),
+        ("constraints", Some(name)) => one_constraint(name, global),
+        ("engines", None) => {
             let nothing: [&str; 0] = [];
             if global.json {
                 print_json(&nothing)?
             } else {
-                print(&format!("no {what} in this version\n"))?
+                print("no engines in this version\n")?
             }
             Ok(true)
         }
-        ("constraints" | "engines", Some(name)) => {
-            Err(Error::new(format!("no {} called `{name}`", what.trim_end_matches('s')))
-                .help(format!("this version ships no {what}")))
+        ("engines", Some(name)) => {
+            Err(Error::new(format!("no engine called `{name}`")).help("this version ships no engines"))
         }
         _ => Err(Error::new(format!("cannot list `{what}`")).help("known are effects, constraints, engines")),
     }
@@ -57,7 +59,7 @@ fn entry(about: &About) -> Entry<'static> {
 }
 
 fn all(global: &Global) -> Result<bool> {
-    let abouts: Vec<About> = CATALOGUE.iter().map(|about| about()).collect();
+    let abouts: Vec<About> = CATALOGUE.iter().map(|entry| entry.about).collect();
     if global.json {
         print_json(&abouts.iter().map(entry).collect::<Vec<_>>())?;
         return Ok(true);
@@ -69,7 +71,7 @@ fn all(global: &Global) -> Result<bool> {
 }
 
 fn one(name: &str, global: &Global) -> Result<bool> {
-    let abouts: Vec<About> = CATALOGUE.iter().map(|about| about()).collect();
+    let abouts: Vec<About> = CATALOGUE.iter().map(|entry| entry.about).collect();
     let Some(about) = abouts.iter().find(|a| a.name == name) else {
         let known: Vec<&str> = abouts.iter().map(|a| a.name).collect();
         return Err(
@@ -89,6 +91,73 @@ fn one(name: &str, global: &Global) -> Result<bool> {
         text += &format!("  {symbol:30} {unit:10} {meaning}\n");
     }
     text += &format!("\neasily confused with: {}\n", about.confused_with);
+    print(&text)?;
+    Ok(true)
+}
+
+#[derive(Serialize)]
+struct ConstraintEntry<'a> {
+    name: &'a str,
+    title: &'a str,
+    text: &'a str,
+    condition: &'a str,
+    settings: Vec<Setting<'a>>,
+    form: &'a str,
+}
+
+#[derive(Serialize)]
+struct Setting<'a> {
+    name: &'a str,
+    unit: &'a str,
+    meaning: &'a str,
+}
+
+fn constraint_entry(about: &constraints::About) -> ConstraintEntry<'static> {
+    let settings = about.settings.iter().map(|(name, unit, meaning)| Setting { name, unit, meaning });
+    ConstraintEntry {
+        name: about.name,
+        title: about.title,
+        text: about.text,
+        condition: about.condition,
+        settings: settings.collect(),
+        form: about.form,
+    }
+}
+
+fn all_constraints(global: &Global) -> Result<bool> {
+    let abouts: Vec<constraints::About> = constraints::CATALOGUE.iter().map(|about| about()).collect();
+    if global.json {
+        print_json(&abouts.iter().map(constraint_entry).collect::<Vec<_>>())?;
+        return Ok(true);
+    }
+    let width = abouts.iter().map(|a| a.name.len()).max().unwrap_or(0);
+    let lines: String = abouts.iter().map(|a| format!("{:width$}  {}\n", a.name, a.title)).collect();
+    print(&(lines + "\nlacuna list constraints NAME explains one\n"))?;
+    Ok(true)
+}
+
+fn one_constraint(name: &str, global: &Global) -> Result<bool> {
+    let abouts: Vec<constraints::About> = constraints::CATALOGUE.iter().map(|about| about()).collect();
+    let Some(about) = abouts.iter().find(|a| a.name == name) else {
+        let known: Vec<&str> = abouts.iter().map(|a| a.name).collect();
+        return Err(Error::new(format!("no constraint called `{name}`"))
+            .help(format!("known are {}", known.join(", "))));
+    };
+    if global.json {
+        print_json(&constraint_entry(about))?;
+        return Ok(true);
+    }
+    let paragraph = |text: &str, indent: &str| -> String {
+        lacuna::report::wrap(text, 78 - indent.len()).iter().map(|line| format!("{indent}{line}\n")).collect()
+    };
+    let mut text = format!("{}: {}\n\n{}\n", about.name, about.title, paragraph(about.text, ""));
+    text += &paragraph(about.condition, "  ");
+    text += "\nsettings\n";
+    for (name, unit, meaning) in about.settings {
+        let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
+        text += &format!("  {name}{unit}\n{}", paragraph(meaning, "      "));
+    }
+    text += &format!("\n{}", paragraph(&format!("form: {}", about.form), ""));
     print(&text)?;
     Ok(true)
 }

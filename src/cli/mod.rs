@@ -4,6 +4,7 @@ mod check;
 mod compare;
 mod console;
 mod dynamics;
+mod export;
 mod list;
 mod scenario;
 
@@ -37,7 +38,7 @@ struct Global {
     /// Number of threads; results do not depend on it.
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// Folder for results.
+    /// Folder for results; for `export` the file to write.
     #[arg(long, global = true, value_name = "DIR")]
     out: Option<PathBuf>,
     /// No progress on stderr.
@@ -82,6 +83,8 @@ enum Command {
         /// One of them, to explain.
         name: Option<String>,
     },
+    /// Write identified parameters for other tools: URDF, MJCF, JSON.
+    Export(export::Export),
     /// Inverse dynamics with the robot file's own inertias, as CSV on stdout.
     Dynamics(dynamics::Dynamics),
 }
@@ -98,6 +101,7 @@ pub(crate) fn run() -> ExitCode {
         }
         Command::Check(check) => check.run(&arguments.global),
         Command::List { what, name } => list::run(&what, name.as_deref(), &arguments.global),
+        Command::Export(export) => export.run(&arguments.global),
         Command::Dynamics(dynamics) => dynamics.run(&arguments.global),
     });
     console.clear();

@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::form::Affine;
-use crate::retrieval::{BodyMatrix, Chart, Quantity};
+use crate::form::{Affine, Body};
+use crate::retrieval::{BodyMatrix, Chart, Quantity, Side};
 use crate::robot::{InertialParameters, PARAMETER_NAMES, PARAMETER_UNITS, PARAMETERS_PER_LINK, Robot};
 use crate::space::{Parameter, Space};
 
@@ -38,7 +38,7 @@ impl LinkSpace {
         Self { space, links: robot.dof(), names }
     }
 
-    /// Mass of a link [kg].
+    /// Mass of a link \[kg\].
     pub fn mass(&self, link: usize) -> Affine {
         Affine::variable(PARAMETERS_PER_LINK * link)
     }
@@ -217,5 +217,36 @@ impl Chart for Barycentric {
             }
         }
         Some(reach)
+    }
+
+    /// Mass; centre of mass as `mc - lower m >= 0`; a diagonal element of the inertia from below, which is
+    /// the Schur complement of `[[J - lower, mb, mc], [mb, m, 0], [mc, 0, m]]`. The other bounds of the
+    /// inertia are not convex.
+    fn convex_bound(&self, coordinate: usize, side: Side) -> Option<Body> {
+        let about = &self.space.parameters[coordinate];
+        let row = |value: Affine, unit: &Affine| match side {
+            Side::Lower => value.plus(-about.lower, unit),
+            Side::Upper => value.times(-1.0).plus(about.upper, unit),
+        };
+        let one = Affine::constant(1.0);
+        let (link, member) = (coordinate / PARAMETERS_PER_LINK, coordinate % PARAMETERS_PER_LINK);
+        let at = |k: usize| Affine::variable(PARAMETERS_PER_LINK * link + k);
+        match member {
+            _ if link >= self.links => Some(Body::Affine(row(Affine::variable(coordinate), &one))),
+            0 => Some(Body::Affine(row(at(0), &one))),
+            1..=3 => Some(Body::Affine(row(at(member), &at(0)))),
+            // A fixed element has no interior that a Schur complement could describe.
+            4 | 7 | 9 if side == Side::Lower && about.lower < about.upper => {
+                let across = match member {
+                    4 => [2, 3],
+                    7 => [1, 3],
+                    _ => [1, 2],
+                };
+                let [b, c] = across.map(at);
+                let lower = vec![row(at(member), &one), b, at(0), c, Affine::default(), at(0)];
+                Some(Body::Psd { size: 3, lower })
+            }
+            _ => None,
+        }
     }
 }

@@ -40,7 +40,7 @@ impl Effect for CoulombFriction {
         for (term, joint) in self.joints.indices(at.robot)?.into_iter().enumerate() {
             let step = |v: f64| sign(v, self.width);
             out.column(term, joint, |slot| {
-                for (y, &v) in slot.iter_mut().zip(at.dq(joint)) {
+                for (y, &v) in slot.iter_mut().zip(at.friction_dq(joint)) {
                     *y = step(v);
                 }
             });
@@ -51,10 +51,18 @@ impl Effect for CoulombFriction {
     fn boxed(&self) -> Box<dyn Effect> {
         Box::new(self.clone())
     }
+
+    fn with_width(&self, width: f64) -> Box<dyn Effect> {
+        Box::new(Self { width, ..self.clone() })
+    }
+
+    fn implausible(&self, values: &[f64]) -> Option<String> {
+        values.iter().any(|fc| *fc < 0.0).then(|| "friction that drives the motion".to_string())
+    }
 }
 
 /// Hard sign (0 at 0), or its smooth form.
-fn sign(v: f64, width: f64) -> f64 {
+pub(super) fn sign(v: f64, width: f64) -> f64 {
     if width > 0.0 {
         libm::tanh(v / width)
     } else if v > 0.0 {

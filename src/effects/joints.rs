@@ -1,30 +1,39 @@
 //! Which joints an effect acts on.
 
-use serde::de::{Error as _, SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 
-/// `All`, or a list of joint names or numbers (`["elbow_joint"]`, `["3"]`).
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+/// `All`, or `Only([..])` with joint names or numbers: `Only(["elbow_joint", "6"])`.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Joints {
     /// Every joint.
     #[default]
     All,
     /// These joints, by name or by number from 1.
-    Named(Vec<String>),
+    Only(Vec<String>),
 }
 
 impl Joints {
     /// Joint indices on `robot`, in the order given.
     ///
     /// # Errors
-    /// When a name is unknown; the message lists what is known.
+    /// When a name is unknown or stands twice, or the list is empty; the message lists what is known.
     pub fn indices(&self, robot: &Robot) -> Result<Vec<usize>> {
-        match self {
-            Self::All => Ok((0..robot.dof()).collect()),
-            Self::Named(names) => names.iter().map(|name| find(robot, name)).collect(),
+        let names = match self {
+            Self::All => return Ok((0..robot.dof()).collect()),
+            Self::Only(names) => names,
+        };
+        if names.is_empty() {
+            return Err(
+                Error::new("the list of joints is empty").help("write `All`, or name at least one joint")
+            );
+        }
+        let found: Vec<usize> = names.iter().map(|name| find(robot, name)).collect::<Result<_>>()?;
+        match (1..found.len()).find(|&k| found[..k].contains(&found[k])) {
+            Some(k) => Err(Error::new(format!("joint `{}` stands twice in the list", names[k]))),
+            None => Ok(found),
         }
     }
 
@@ -47,50 +56,19 @@ fn find(robot: &Robot, name: &str) -> Result<usize> {
     })
 }
 
-impl Serialize for Joints {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::All => serializer.serialize_unit_variant("Joints", 0, "All"),
-            Self::Named(names) => names.serialize(serializer),
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_ways_of_writing_come_back() -> Result<()> {
+        for text in ["All", "Only([\"joint2\",\"1\"])"] {
+            let joints: Joints = crate::text::from_ron(text)?;
+            let again: Joints = crate::text::from_ron(&crate::text::to_ron(&joints)?)?;
+            assert_eq!(joints, again);
         }
-    }
-}
-
-impl<'de> Deserialize<'de> for Joints {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Either;
-        impl<'de> Visitor<'de> for Either {
-            type Value = Joints;
-
-            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str("`All` or a list of joint names such as [\"joint4\"]")
-            }
-
-            fn visit_str<E: serde::de::Error>(self, v: &str) -> Result<Joints, E> {
-                if v == "All" {
-                    Ok(Joints::All)
-                } else {
-                    Err(E::invalid_value(serde::de::Unexpected::Str(v), &self))
-                }
-            }
-
-            fn visit_bytes<E: serde::de::Error>(self, v: &[u8]) -> Result<Joints, E> {
-                self.visit_str(std::str::from_utf8(v).map_err(E::custom)?)
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Joints, A::Error> {
-                let mut names = Vec::new();
-                while let Some(name) = seq.next_element::<String>()? {
-                    names.push(name);
-                }
-                if names.is_empty() {
-                    return Err(A::Error::custom(
-                        "the list of joints is empty; write `All` or name at least one",
-                    ));
-                }
-                Ok(Joints::Named(names))
-            }
-        }
-        deserializer.deserialize_any(Either)
+        let typo = crate::text::from_ron::<Joints>("Al").expect_err("a typo must not pass");
+        assert!(typo.to_string().contains("`All` or `Only`"), "{typo}");
+        Ok(())
     }
 }

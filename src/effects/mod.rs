@@ -22,10 +22,12 @@ pub use viscous_friction::ViscousFriction;
 use std::fmt::Debug;
 use std::ops::Range;
 
+use nalgebra::DMatrix;
+
 use crate::error::Result;
 use crate::kernels::{Chain, RegressorBlock, Samples};
 use crate::robot::Robot;
-use crate::signals::Run;
+use crate::signals::{ModelTorque, Run};
 
 /// What an effect says about itself; printed by `lacuna list effects NAME`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,6 +76,26 @@ impl Stretch<'_> {
         &self.run.dq[j][self.range.clone()]
     }
 
+    /// Velocities of joint `j` over the range for columns with a sign or a step at rest: less filtered than
+    /// [`Stretch::dq`], because a low-pass blurs every reversal [rad/s, m/s].
+    pub fn friction_dq(&self, j: usize) -> &[f64] {
+        &self.run.friction_dq(j)[self.range.clone()]
+    }
+
+    /// What the model at hand makes of the run, for effects that answer `true` to
+    /// [`Effect::needs_torque`].
+    ///
+    /// # Errors
+    /// When nobody has computed it yet.
+    pub fn model_torque(&self) -> Result<&ModelTorque> {
+        self.run.model.as_deref().ok_or_else(|| {
+            crate::error::Error::new(
+                "this effect depends on the torque of the model, which is not known here",
+            )
+            .help("fit rigid_body together with it")
+        })
+    }
+
     /// The whole motion, for kernels.
     pub fn samples(&self) -> Samples<'_> {
         Samples { q: &self.run.q, dq: &self.run.dq, ddq: &self.run.ddq }
@@ -118,6 +140,88 @@ pub trait Effect: Debug + Send + Sync {
 
     /// A copy behind a new box.
     fn boxed(&self) -> Box<dyn Effect>;
+
+    /// Whether columns are built from the model's own torque ([`Stretch::model_torque`]); such effects are
+    /// fitted in turns with it until both agree.
+    fn needs_torque(&self) -> bool {
+        false
+    }
+
+    /// Numbers that the columns depend on nonlinearly, with the values they have now.
+    fn shapes(&self) -> Vec<Shape> {
+        Vec::new()
+    }
+
+    /// The same effect with other shape values, in the order of [`Effect::shapes`].
+    fn with_shapes(&self, _values: &[f64]) -> Box<dyn Effect> {
+        self.boxed()
+    }
+
+    /// The same effect with this width of the smoothed sign [rad/s, m/s]; no change where it has no sign.
+    fn with_width(&self, _width: f64) -> Box<dyn Effect> {
+        self.boxed()
+    }
+
+    /// Why these values of the linear parameters cannot be physics, or `None` where they can.
+    fn implausible(&self, _values: &[f64]) -> Option<String> {
+        None
+    }
+
+    /// Why these runs cannot show the effect, whatever the fit says, or `None` where they can.
+    fn undecidable(&self, _robot: &Robot, _runs: &[Run]) -> Option<String> {
+        None
+    }
+
+    /// What people are told: linear parameters and shapes with standard errors, from fitted values and
+    /// their covariance. Effects whose physics hides in products (a payload's centre of mass) override it.
+    ///
+    /// # Errors
+    /// When the effect does not fit the robot.
+    fn describe(&self, robot: &Robot, values: &[f64], covariance: &DMatrix<f64>) -> Result<Vec<Described>> {
+        let linear = self.terms(robot)?.into_iter().enumerate().map(|(i, term)| Described {
+            name: term.symbol,
+            value: values[i],
+            unit: term.unit,
+            standard_error: Some(covariance[(i, i)].sqrt()).filter(|e| e.is_finite()),
+        });
+        let shapes = self.shapes().into_iter().map(|shape| Described {
+            name: shape.symbol.to_string(),
+            value: shape.value,
+            unit: shape.unit,
+            standard_error: None,
+        });
+        Ok(linear.chain(shapes).collect())
+    }
+}
+
+/// A number that an effect's columns depend on nonlinearly.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shape {
+    /// Symbol, as in [`About::equation`].
+    pub symbol: &'static str,
+    /// Unit.
+    pub unit: &'static str,
+    /// The value now.
+    pub value: f64,
+    /// Least value that makes sense.
+    pub low: f64,
+    /// Largest value that makes sense.
+    pub high: f64,
+    /// Values a search starts from.
+    pub trials: Vec<f64>,
+}
+
+/// One number of an effect as people are told it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Described {
+    /// Name (`fc3`, `mass`).
+    pub name: String,
+    /// Value.
+    pub value: f64,
+    /// Unit.
+    pub unit: &'static str,
+    /// Standard error that allows for autocorrelation, where known.
+    pub standard_error: Option<f64>,
 }
 
 impl Clone for Box<dyn Effect> {
@@ -126,14 +230,38 @@ impl Clone for Box<dyn Effect> {
     }
 }
 
-/// The effects that ship, simplest first.
-pub const CATALOGUE: &[fn() -> About] = &[
-    || RigidBody::ABOUT,
-    || ViscousFriction::ABOUT,
-    || CoulombFriction::ABOUT,
-    || TorqueOffset::ABOUT,
-    || SigmoidFriction::ABOUT,
+/// One effect of the catalogue.
+#[derive(Debug, Clone, Copy)]
+pub struct Entry {
+    /// Name, text and equation.
+    pub about: About,
+    /// What a diagnosis tries on a robot: usually the effect once per joint.
+    pub candidates: fn(&Robot) -> Vec<Box<dyn Effect>>,
+}
+
+/// The effects that ship, simplest first: among explanations that data cannot tell apart the earlier wins.
+pub const CATALOGUE: &[Entry] = &[
+    Entry { about: RigidBody::ABOUT, candidates: |_| Vec::new() },
+    Entry { about: TorqueOffset::ABOUT, candidates: |r| per_joint(r, |joints| TorqueOffset { joints }) },
+    Entry {
+        about: ViscousFriction::ABOUT,
+        candidates: |r| per_joint(r, |joints| ViscousFriction { joints }),
+    },
+    Entry {
+        about: CoulombFriction::ABOUT,
+        candidates: |r| per_joint(r, |joints| CoulombFriction { joints, width: 0.0 }),
+    },
+    Entry { about: SigmoidFriction::ABOUT, candidates: SigmoidFriction::candidates },
 ];
+
+/// One instance per joint of `robot`.
+fn per_joint<E: Effect + 'static>(robot: &Robot, make: impl Fn(Joints) -> E) -> Vec<Box<dyn Effect>> {
+    robot
+        .joints
+        .iter()
+        .map(|joint| Box::new(make(Joints::Only(vec![joint.name.clone()]))) as Box<dyn Effect>)
+        .collect()
+}
 
 /// Rigid body, viscous and Coulomb friction and torque offset on every joint: eq. 24 of Gaz et al. 2019.
 pub fn classic() -> Vec<Box<dyn Effect>> {

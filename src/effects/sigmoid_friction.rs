@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use super::{About, Columns, Effect, Joints, Stretch, Term};
+use super::{About, Columns, Effect, Joints, Shape, Stretch, Term};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 
@@ -67,7 +67,12 @@ impl SigmoidFriction {
         confused_with: "coulomb_friction (large phi2), viscous_friction (small phi2), torque_offset (phi3)",
     };
 
-    fn shapes(&self, robot: &Robot) -> Result<Vec<(usize, SigmoidParameters)>> {
+    /// What a diagnosis tries: every joint for itself.
+    pub(super) fn candidates(robot: &Robot) -> Vec<Box<dyn Effect>> {
+        super::per_joint(robot, |joints| Self { joints, phi2: vec![10.0], phi3: vec![0.0] })
+    }
+
+    fn per_joint(&self, robot: &Robot) -> Result<Vec<(usize, SigmoidParameters)>> {
         let joints = self.joints.indices(robot)?;
         if joints.len() != self.phi2.len() || joints.len() != self.phi3.len() {
             return Err(Error::new(format!(
@@ -92,14 +97,14 @@ impl Effect for SigmoidFriction {
     }
 
     fn terms(&self, robot: &Robot) -> Result<Vec<Term>> {
-        self.shapes(robot)?;
+        self.per_joint(robot)?;
         self.joints.terms(robot, "phi1_", "N m")
     }
 
     fn columns(&self, at: &Stretch<'_>, out: &mut Columns<'_>) -> Result<()> {
-        for (term, (joint, shape)) in self.shapes(at.robot)?.into_iter().enumerate() {
+        for (term, (joint, shape)) in self.per_joint(at.robot)?.into_iter().enumerate() {
             out.column(term, joint, |slot| {
-                for (y, &v) in slot.iter_mut().zip(at.dq(joint)) {
+                for (y, &v) in slot.iter_mut().zip(at.friction_dq(joint)) {
                     *y = shape.shape(v);
                 }
             });
@@ -109,5 +114,40 @@ impl Effect for SigmoidFriction {
 
     fn boxed(&self) -> Box<dyn Effect> {
         Box::new(self.clone())
+    }
+
+    /// Free while the effect acts on one joint.
+    fn shapes(&self) -> Vec<Shape> {
+        let ([phi2], [phi3]) = (self.phi2.as_slice(), self.phi3.as_slice()) else { return Vec::new() };
+        vec![
+            Shape {
+                symbol: "phi2",
+                unit: "s/rad",
+                value: *phi2,
+                low: 0.5,
+                high: 500.0,
+                trials: vec![3.0, 8.0, 20.0, 50.0],
+            },
+            Shape {
+                symbol: "phi3",
+                unit: "rad/s",
+                value: *phi3,
+                low: -0.3,
+                high: 0.3,
+                trials: vec![-0.05, -0.015, 0.015, 0.05],
+            },
+        ]
+    }
+
+    fn with_shapes(&self, values: &[f64]) -> Box<dyn Effect> {
+        let mut other = self.clone();
+        if let [phi2, phi3] = values {
+            (other.phi2, other.phi3) = (vec![*phi2], vec![*phi3]);
+        }
+        Box::new(other)
+    }
+
+    fn implausible(&self, values: &[f64]) -> Option<String> {
+        values.iter().any(|phi1| *phi1 < 0.0).then(|| "friction that drives the motion".to_string())
     }
 }

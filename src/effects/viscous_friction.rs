@@ -44,4 +44,8 @@ impl Effect for ViscousFriction {
     fn boxed(&self) -> Box<dyn Effect> {
         Box::new(self.clone())
     }
+
+    fn implausible(&self, values: &[f64]) -> Option<String> {
+        values.iter().any(|fv| *fv < 0.0).then(|| "friction that drives the motion".to_string())
+    }
 }

@@ -1,11 +1,11 @@
 //! All that least squares needs to know of the data, in constant memory: one triangle per fold and joint.
 
 use crate::error::Result;
-use crate::linalg::Triangle;
+use crate::linalg::{Triangle, subtract_product};
 use crate::model::Model;
 use crate::signals::{Folds, Run};
 
-use super::rows::{RowView, over_rows};
+use super::rows::{RowView, over_rows_in_turn};
 
 /// Gives each row a weight from its joint and its residual under the parameters at hand; for robust fits.
 pub type RowWeight<'a> = dyn Fn(usize, f64) -> f64 + Sync + 'a;
@@ -51,7 +51,8 @@ impl Evidence {
         let empty = || Self::empty(model, usize::from(folds.count));
         let offsets = first_rows(runs);
         let fold_of = |run: usize, row: usize| usize::from(folds.fold[offsets[run] + row]);
-        let parts = over_rows(
+        let mut all = empty();
+        over_rows_in_turn(
             model,
             runs,
             || (empty(), Scratch::default()),
@@ -60,22 +61,20 @@ impl Evidence {
                     |row| fold_of(view.run, row),
                     |fold, part| {
                         for (joint, triangle) in evidence.triangles[fold].iter_mut().enumerate() {
-                            scratch.load(model, part, joint, robust);
-                            triangle.absorb(&mut scratch.block, part.rows.len());
+                            triangle.absorb(scratch.load(model, part, joint, robust), part.rows.len());
                         }
                         Ok(())
                     },
                 )
             },
-        )?;
-        let mut all = empty();
-        for (part, _) in &parts {
-            for (sum, add) in all.triangles.iter_mut().flatten().zip(part.triangles.iter().flatten()) {
-                if add.rows() > 0 {
-                    sum.merge_same(add);
+            |(part, _)| {
+                for (sum, add) in all.triangles.iter_mut().flatten().zip(part.triangles.iter().flatten()) {
+                    if add.rows() > 0 {
+                        sum.merge_same(add);
+                    }
                 }
-            }
-        }
+            },
+        )?;
         Ok(all)
     }
 
@@ -124,7 +123,7 @@ pub fn residual_squares(model: &Model, joint: usize, triangle: &Triangle, x: &[f
 
 #[derive(Default)]
 struct Scratch {
-    block: Vec<f64>,
+    room: Vec<f64>,
 }
 
 impl Scratch {
@@ -135,35 +134,30 @@ impl Scratch {
         part: &RowView<'_>,
         joint: usize,
         robust: Option<(&[f64], &RowWeight<'_>)>,
-    ) {
+    ) -> &mut [f64] {
         let (rows, width) = (part.rows.len(), model.active[joint].len());
+        let block = Triangle::block(&mut self.room, width + 1, rows);
         let length = Triangle::padded(rows);
-        self.block.clear();
-        self.block.resize(length * (width + 1), 0.0);
-        for local in 0..width {
-            self.block[local * length..local * length + rows].copy_from_slice(part.column(joint, local));
+        for (local, column) in block.chunks_exact_mut(length).enumerate() {
+            let from = if local < width { part.column(joint, local) } else { part.tau(joint) };
+            column[..rows].copy_from_slice(from);
+            column[rows..].fill(0.0);
         }
-        self.block[width * length..width * length + rows].copy_from_slice(part.tau(joint));
         if let Some((x, weight)) = robust {
             let residual = residuals(model, part, joint, x);
-            for (row, r) in residual.into_iter().enumerate() {
-                let root = weight(joint, r).sqrt();
-                for column in self.block.chunks_exact_mut(length) {
-                    column[row] *= root;
-                }
+            let roots: Vec<f64> = residual.into_iter().map(|r| weight(joint, r).sqrt()).collect();
+            for column in block.chunks_exact_mut(length) {
+                column.iter_mut().zip(&roots).for_each(|(y, root)| *y *= root);
             }
         }
+        block
     }
 }
 
 /// Torque minus model in the rows of one joint.
 pub(super) fn residuals(model: &Model, part: &RowView<'_>, joint: usize, x: &[f64]) -> Vec<f64> {
     let mut rest = part.tau(joint).to_vec();
-    for (local, &column) in model.active[joint].iter().enumerate() {
-        let factor = x[column];
-        for (r, y) in rest.iter_mut().zip(part.column(joint, local)) {
-            *r -= factor * y;
-        }
-    }
+    let terms = model.active[joint].iter().enumerate().map(|(local, &c)| (x[c], part.column(joint, local)));
+    subtract_product(&mut rest, terms);
     rest
 }

@@ -11,8 +11,10 @@ use crate::signals::Run;
 
 /// Rows handled by one task; fixed, so that sums are the same on any number of threads.
 const UNIT: usize = 8192;
+/// Units under way at a time, per thread; the results do not depend on it.
+const UNITS_PER_THREAD: usize = 8;
 /// Rows worked on at once when nothing is filtered.
-const STRETCH: usize = 256;
+const STRETCH: usize = 128;
 /// Samples filtered at once.
 const FILTERED_SAMPLES: usize = 16_384;
 
@@ -83,6 +85,23 @@ pub fn over_rows<T: Send>(
     start: impl Fn() -> T + Sync,
     work: impl Fn(&mut T, &RowView<'_>) -> Result<()> + Sync,
 ) -> Result<Vec<T>> {
+    let mut values = Vec::new();
+    over_rows_in_turn(model, runs, start, work, |value| values.push(value))?;
+    Ok(values)
+}
+
+/// As [`over_rows`], but hands the values on to `take` in the order of the rows, and holds only a few of
+/// them at a time.
+///
+/// # Errors
+/// The first error of `work` in the order of the rows.
+pub fn over_rows_in_turn<T: Send>(
+    model: &Model,
+    runs: &[Run],
+    start: impl Fn() -> T + Sync,
+    work: impl Fn(&mut T, &RowView<'_>) -> Result<()> + Sync,
+    mut take: impl FnMut(T),
+) -> Result<()> {
     let units: Vec<(usize, Range<usize>)> = runs
         .iter()
         .enumerate()
@@ -91,18 +110,24 @@ pub fn over_rows<T: Send>(
             (0..rows.div_ceil(UNIT)).map(move |u| (run, u * UNIT..((u + 1) * UNIT).min(rows)))
         })
         .collect();
-    units
-        .into_par_iter()
-        .map(|(run, range)| {
-            let mut value = start();
-            let mut each = |view: &RowView<'_>| work(&mut value, view);
-            match &runs[run].row_filter {
-                None => plain(model, runs, run, range, &mut each)?,
-                Some(_) => filtered(model, runs, run, range, &mut each)?,
-            }
-            Ok(value)
-        })
-        .collect()
+    let wave = UNITS_PER_THREAD * rayon::current_num_threads();
+    for units in units.chunks(wave) {
+        let values: Result<Vec<T>> = units
+            .par_iter()
+            .map(|(run, range)| {
+                let (run, range) = (*run, range.clone());
+                let mut value = start();
+                let mut each = |view: &RowView<'_>| work(&mut value, view);
+                match &runs[run].row_filter {
+                    None => plain(model, runs, run, range, &mut each)?,
+                    Some(_) => filtered(model, runs, run, range, &mut each)?,
+                }
+                Ok(value)
+            })
+            .collect();
+        values?.into_iter().for_each(&mut take);
+    }
+    Ok(())
 }
 
 type Visit<'a> = &'a mut dyn FnMut(&RowView<'_>) -> Result<()>;

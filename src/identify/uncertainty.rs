@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::error::Result;
+use crate::linalg::dots;
 use crate::model::Model;
 use crate::signals::Run;
 
@@ -63,11 +64,14 @@ fn score_pieces(model: &Model, runs: &[Run], x: &[f64], weights: &[f64]) -> Resu
                 for (joint, weight) in weights.iter().enumerate() {
                     let residual = residuals(model, part, joint, x);
                     let w = weight * weight;
-                    for (local, &column) in model.active[joint].iter().enumerate() {
-                        let dot: f64 =
-                            part.column(joint, local).iter().zip(&residual).map(|(y, r)| y * r).sum();
-                        score[column] += w * dot;
-                    }
+                    let active = &model.active[joint];
+                    let columns = (0..active.len()).map(|local| part.column(joint, local));
+                    let mut places = active.iter();
+                    dots(&residual, columns, |dot| {
+                        if let Some(&column) = places.next() {
+                            score[column] += w * dot;
+                        }
+                    });
                 }
                 Ok(())
             },

@@ -9,6 +9,7 @@ use super::motion::{State, Workspace};
 use super::real::Lanes;
 use super::regressor::{Twists, regressor};
 use super::rnea::inverse_dynamics;
+use crate::linalg::{LINE_LENGTH, line_start};
 use crate::robot::PARAMETERS_PER_LINK;
 
 /// A stretch of motion, stored joint by joint: `q[j][k]` is joint `j` at sample `k`.
@@ -41,8 +42,13 @@ pub struct RegressorBlock {
     capacity: usize,
     rows: usize,
     parameters: usize,
+    /// Distance of columns: full cache lines, and an odd number of them, so that columns do not compete for
+    /// the same places in the cache.
+    stride: usize,
     /// Start of the columns of (joint, link), where the joint carries the link.
     start: Vec<Option<usize>>,
+    /// Where the first column begins: at a cache line.
+    base: usize,
     data: Vec<f64>,
 }
 
@@ -60,13 +66,10 @@ impl RegressorBlock {
                 }
             }
         }
-        Self {
-            capacity,
-            rows: 0,
-            parameters: PARAMETERS_PER_LINK * n,
-            start,
-            data: vec![0.0; next * capacity],
-        }
+        let stride = (capacity.div_ceil(LINE_LENGTH) | 1) * LINE_LENGTH;
+        let data = vec![0.0; next * stride + LINE_LENGTH];
+        let base = line_start(&data);
+        Self { capacity, rows: 0, parameters: PARAMETERS_PER_LINK * n, stride, start, base, data }
     }
 
     /// Number of samples it holds at the moment.
@@ -89,7 +92,7 @@ impl RegressorBlock {
         debug_assert!(parameter < self.parameters);
         let n = self.parameters / PARAMETERS_PER_LINK;
         let block = self.start[joint * n + parameter / PARAMETERS_PER_LINK]?;
-        let at = (block + parameter % PARAMETERS_PER_LINK) * self.capacity;
+        let at = self.base + (block + parameter % PARAMETERS_PER_LINK) * self.stride;
         Some(&self.data[at..at + self.rows])
     }
 
@@ -122,7 +125,7 @@ impl WithSimd for Fill<'_> {
         let mut ws = Workspace::new(chain, zero);
         let mut twists = Twists::new(chain, zero);
         let mut state = vec![zero; 3 * n];
-        let capacity = block.capacity;
+        let (stride, base) = (block.stride, block.base);
         let mut row = 0;
         while row < range.len() {
             let take = Lanes::<S>::COUNT.min(range.len() - row);
@@ -133,7 +136,7 @@ impl WithSimd for Fill<'_> {
             regressor(chain, &mut ws, &mut twists, State::new(q, dq, ddq), |joint, link, columns| {
                 if let Some(first) = start[joint * n + link] {
                     for (c, value) in columns.into_iter().enumerate() {
-                        let at = (first + c) * capacity + row;
+                        let at = base + (first + c) * stride + row;
                         value.store(&mut data[at..at + take]);
                     }
                 }

@@ -1,7 +1,8 @@
 //! The triangular factor of a tall matrix that is never held: rows come in blocks and are folded in by
 //! Householder reflections (streaming QR, also known as square-root information form).
 
-use super::lanes::{Reflect, WIDTH, dot};
+use super::lanes::{Reflect, WIDTH, add_scaled};
+use super::{LINE_LENGTH, line_start};
 
 /// Upper-triangular `R` with `RᵀR = AᵀA` for all rows absorbed so far. By custom the last column of `A`
 /// is the right-hand side, so `R` holds everything least squares needs: normal matrix, projection, and
@@ -43,6 +44,17 @@ impl Triangle {
         rows.next_multiple_of(WIDTH)
     }
 
+    /// The part of `room`, grown where it is too short, that makes a block for [`Triangle::absorb`] of
+    /// `columns` columns and `rows` rows, beginning at a cache line. What it holds is left from its last use.
+    pub fn block(room: &mut Vec<f64>, columns: usize, rows: usize) -> &mut [f64] {
+        let length = columns * Self::padded(rows);
+        if room.len() < length + LINE_LENGTH {
+            *room = vec![0.0; length + LINE_LENGTH];
+        }
+        let first = line_start(room);
+        &mut room[first..first + length]
+    }
+
     /// Absorbs `rows` rows given column by column in `block`, each column [`Triangle::padded`] long with
     /// zeros behind the last row. The block is used as scratch space.
     ///
@@ -60,22 +72,31 @@ impl Triangle {
             return;
         }
         let n = self.columns;
+        let (mut tops, mut scales) = (vec![0.0; n], vec![0.0; n]);
+        let none = vec![0.0; length];
+        // The reflection that the columns from j on have received only in the top row.
+        let mut pending: Option<usize> = None;
         for j in 0..n {
-            let (left, others) = block.split_at_mut((j + 1) * length);
-            let pivot = &left[j * length..];
-            let below = dot(pivot, pivot);
+            let (left, others) = block.split_at_mut(j * length);
+            let (pivot, others) = others.split_at_mut(length);
+            let before = pending.map_or(&none[..], |p| &left[p * length..(p + 1) * length]);
+            let below = add_scaled(pivot, scales[j], before);
             if below > 0.0 {
                 let alpha = self.r[j * n + j];
                 let norm = (alpha * alpha + below).sqrt();
                 let beta = if alpha > 0.0 { -norm } else { norm };
                 let head = alpha - beta;
-                let mut tops: Vec<f64> = (j + 1..n).map(|k| self.r[k * n + j]).collect();
                 let over_both = 1.0 / (beta * head);
-                Reflect { pivot, others, tops: &mut tops, head, over_beta: 1.0 / beta, over_both }.run();
+                let (tops, scales) = (&mut tops[j + 1..], &mut scales[j + 1..]);
+                for (k, top) in (j + 1..n).zip(tops.iter_mut()) {
+                    *top = self.r[k * n + j];
+                }
+                Reflect { before, pivot, others, tops, scales, head, over_beta: 1.0 / beta, over_both }.run();
                 for (k, top) in (j + 1..n).zip(tops) {
-                    self.r[k * n + j] = top;
+                    self.r[k * n + j] = *top;
                 }
                 self.r[j * n + j] = beta;
+                pending = Some(j);
             }
         }
     }

@@ -1,5 +1,6 @@
 //! Results as plain data, in the layout of `report.json`; and as text for people.
 
+mod retrieval_text;
 mod text;
 
 pub use text::{render, wrap};
@@ -9,6 +10,8 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::identify::Errors;
+use crate::retrieval::ConstraintAudit;
+use crate::robot::InertialParameters;
 
 /// What a scenario found. Parts that were not asked for are `None`.
 #[derive(Debug, Clone, Serialize)]
@@ -29,12 +32,12 @@ pub struct Report {
     pub friction: Vec<FrictionResult>,
     /// Missing physics; not part of this study.
     pub diagnosis: Option<()>,
-    /// Retrieved link parameters; not part of this study.
-    pub retrievals: Option<()>,
-    /// What data and constraints determine; not part of this study.
-    pub intervals: Option<()>,
-    /// Models side by side; not part of this study.
-    pub comparison: Option<()>,
+    /// Retrieved link parameters, engine by engine; `None` when the study has no engine.
+    pub retrievals: Option<Vec<Retrieval>>,
+    /// What data and constraints determine.
+    pub intervals: Option<Vec<Interval>>,
+    /// Retrieved parameters side by side.
+    pub comparison: Option<Comparison>,
     /// What deserves attention.
     pub warnings: Vec<String>,
     /// Seconds per step; the only part that differs from run to run.
@@ -149,6 +152,91 @@ pub struct FrictionResult {
     pub parameters: Vec<NamedValue>,
     /// Residual rms without and with the friction [N m].
     pub rms: [f64; 2],
+}
+
+/// What one engine found, judged by the one audit.
+#[derive(Debug, Clone, Serialize)]
+pub struct Retrieval {
+    /// Engine.
+    pub engine: String,
+    /// Unique in the study.
+    pub label: String,
+    /// Objective.
+    pub objective: f64,
+    /// Unit of the objective.
+    pub objective_unit: String,
+    /// Largest scaled violation; `None` when a margin is not a number.
+    pub violation: Option<f64>,
+    /// `violation <= 1e-9`.
+    pub feasible: bool,
+    /// Certified: no feasible point has a smaller objective.
+    pub lower_bound: Option<f64>,
+    /// `100 (objective - lower bound) / lower bound`.
+    pub certified_gap_percent: Option<f64>,
+    /// `exact`, or `relaxation` where constraints had to be left out of the bound.
+    pub bound_is: Option<String>,
+    /// Independent runs.
+    pub runs: usize,
+    /// Stages of each run.
+    pub stages: usize,
+    /// How it ended.
+    pub status: String,
+    /// Link parameters.
+    pub links: Vec<LinkParameters>,
+    /// Other parameters that were retrieved along (friction, in one step).
+    pub others: Vec<NamedValue>,
+    /// Every constraint.
+    pub constraints: Vec<ConstraintAudit>,
+}
+
+/// Parameters of one link.
+#[derive(Debug, Clone, Serialize)]
+pub struct LinkParameters {
+    /// Link.
+    pub name: String,
+    /// Mass \[kg\].
+    pub mass: f64,
+    /// Centre of mass \[m\]; `None` below 1e-6 kg.
+    pub com: Option<[f64; 3]>,
+    /// `xx, xy, xz, yy, yz, zz` about the centre of mass (about the origin where there is none) [kg m²].
+    pub inertia: [f64; 6],
+}
+
+impl LinkParameters {
+    /// From the parameters about the link origin.
+    pub fn new(name: &str, link: &InertialParameters) -> Self {
+        let i = link.inertia_at_center_of_mass().unwrap_or_else(|| link.inertia_at_origin());
+        Self {
+            name: name.to_string(),
+            mass: link.mass(),
+            com: link.center_of_mass().map(Into::into),
+            inertia: [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].map(|at| i[at]),
+        }
+    }
+}
+
+/// What data and constraints leave open of one parameter.
+#[derive(Debug, Clone, Serialize)]
+pub struct Interval {
+    /// Parameter (`m1`, `c1x`, `J1xx`).
+    pub parameter: String,
+    /// Smallest value.
+    pub low: Option<f64>,
+    /// Largest value.
+    pub high: Option<f64>,
+    /// Unit.
+    pub unit: String,
+}
+
+/// Retrieved parameters side by side.
+#[derive(Debug, Clone, Serialize)]
+pub struct Comparison {
+    /// Mean squared torque error through Newton-Euler, friction added: label, then joint [(N m)²].
+    pub validation_mse: BTreeMap<String, BTreeMap<String, f64>>,
+    /// Which data.
+    pub data: String,
+    /// Mean size of the force and of the moment each joint carries: label, then joint [N, N m].
+    pub wrenches: BTreeMap<String, BTreeMap<String, [f64; 2]>>,
 }
 
 /// A number with name and unit.

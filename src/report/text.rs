@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::retrieval_text::retrieved;
 use super::{Coefficient, FrictionResult, Identification, JointError, Report, Validation};
 
 /// Uncertain coefficients that are listed.
@@ -18,6 +19,9 @@ pub fn render(report: &Report) -> String {
     }
     if !report.friction.is_empty() {
         friction(&mut text, &report.friction);
+    }
+    if let Some(retrievals) = &report.retrievals {
+        retrieved(&mut text, retrievals, report.comparison.as_ref());
     }
     if !report.warnings.is_empty() {
         text += "\nwarnings\n";

@@ -305,7 +305,7 @@ fn kernel(unknowns: usize, rows: &[&Affine]) -> DMatrix<f64> {
     }
     let fixed = basis.len();
     for i in 0..unknowns {
-        push(DVector::ith(unknowns, i, 1.0), &mut basis);
+        push(DVector::from_fn(unknowns, |k, _| if k == i { 1.0 } else { 0.0 }), &mut basis);
     }
     DMatrix::from_columns(&basis[fixed..])
 }

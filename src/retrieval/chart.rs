@@ -5,7 +5,17 @@
 
 use std::fmt::Debug;
 
+use crate::form::{Affine, Body};
 use crate::space::Space;
+
+/// Which of a coordinate's two bounds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// The lower bound.
+    Lower,
+    /// The upper bound.
+    Upper,
+}
 
 /// Search coordinates `p` with finite bounds, and the way to the unknowns `z`.
 ///
@@ -22,6 +32,12 @@ pub trait Chart: Debug + Send + Sync {
 
     /// Largest size of every unknown while the coordinates stay within their bounds, where that is known.
     fn reach(&self) -> Option<Vec<f64>> {
+        None
+    }
+
+    /// A convex condition on the unknowns that is the same as one bound of a coordinate, where there is
+    /// one. Solvers that work in the unknowns converge better on it than on the coordinate itself.
+    fn convex_bound(&self, _coordinate: usize, _side: Side) -> Option<Body> {
         None
     }
 
@@ -66,5 +82,14 @@ impl Chart for Identity {
 
     fn reach(&self) -> Option<Vec<f64>> {
         Some(self.space.parameters.iter().map(|p| p.lower.abs().max(p.upper.abs())).collect())
+    }
+
+    fn convex_bound(&self, coordinate: usize, side: Side) -> Option<Body> {
+        let (parameter, value) = (&self.space.parameters[coordinate], Affine::variable(coordinate));
+        let row = match side {
+            Side::Lower => value.plus(-parameter.lower, &Affine::constant(1.0)),
+            Side::Upper => value.times(-1.0).plus(parameter.upper, &Affine::constant(1.0)),
+        };
+        Some(Body::Affine(row))
     }
 }

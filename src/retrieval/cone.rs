@@ -96,6 +96,14 @@ impl Program {
         self.unknowns - 1
     }
 
+    /// Makes every row homogeneous: its constant becomes the factor of this unknown.
+    pub fn homogenise(&mut self, unknown: usize) {
+        for row in self.blocks.iter_mut().flat_map(|block| &mut block.rows) {
+            let constant = std::mem::take(&mut row.constant);
+            row.terms.push((unknown, constant));
+        }
+    }
+
     /// Number of blocks so far: the index of the next one.
     pub fn blocks(&self) -> usize {
         self.blocks.len()
@@ -130,16 +138,6 @@ impl Program {
             Body::General { .. } => return false,
         }
         true
-    }
-
-    /// Every constant becomes a multiple of this unknown: the cone over the feasible set.
-    pub fn homogenise(&mut self, unknown: usize) {
-        for row in self.blocks.iter_mut().flat_map(|b| &mut b.rows) {
-            let constant = std::mem::take(&mut row.constant);
-            if constant.abs() > 0.0 {
-                row.terms.push((unknown, constant));
-            }
-        }
     }
 
     /// Solves; `watch` hears of every iteration and may end it with `false`.

@@ -5,14 +5,18 @@ mod audit;
 mod barrier;
 pub mod certificate;
 mod chart;
+pub mod checkpoint;
 mod cone;
 mod intervals;
 mod lmi;
+pub mod nlopt;
 mod objective;
+pub mod penalty;
+pub mod polish;
 mod prior;
 
 pub use audit::{Audit, ConstraintAudit, FEASIBLE, audit};
-pub use chart::{Chart, Identity};
+pub use chart::{Chart, Identity, Side};
 pub use intervals::{Interval, Quantity, Slack, intervals};
 pub use lmi::{LmiEngine, LmiSolution};
 pub use objective::Quadratic;
@@ -108,6 +112,9 @@ pub trait RetrievalEngine: Debug + Send + Sync {
     /// # Errors
     /// With the reason, for people.
     fn accepts(&self, form: &Form) -> Result<(), String>;
+
+    /// Where finished parts of its work are kept from now on; engines that are done at once need nothing.
+    fn set_checkpoint(&mut self, _checkpoint: Option<checkpoint::Checkpoint>) {}
 
     /// Solves the problem.
     ///

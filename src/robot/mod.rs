@@ -12,6 +12,7 @@ mod urdf;
 
 pub use inertia::{InertialParameters, PARAMETER_NAMES, PARAMETER_UNITS};
 pub use plausibility::implausible_inertias;
+pub(crate) use urdf::with_document as with_urdf_document;
 
 use nalgebra::{Matrix3, Vector3};
 use std::path::Path;

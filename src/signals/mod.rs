@@ -41,6 +41,7 @@ pub use rows::{RowFilter, Rows};
 pub use settings::{ClockChoice, Keep, Mode, Settings, VelocityFrom};
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// A motion on a uniform clock, ready for regressors. Joint quantities are stored joint by joint:
 /// `q[j][k]` is joint `j` at sample `k`.
@@ -67,12 +68,33 @@ pub struct Run {
     pub channels: std::collections::BTreeMap<String, Vec<f64>>,
     /// What turns columns at the full rate into rows ([`Mode::Parallel`]).
     pub row_filter: Option<RowFilter>,
+    /// Velocities for columns with a sign or a step at rest, where they were filtered less than `dq`
+    /// ([`Settings::friction_cutoff_hz`]) [rad/s, m/s]; empty otherwise.
+    pub friction_dq: Vec<Vec<f64>>,
+    /// What the model at hand makes of this run; put here by a fit of effects that depend on it.
+    pub model: Option<Arc<ModelTorque>>,
+}
+
+/// What a model makes of one run, at every sample (not filtered).
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ModelTorque {
+    /// Link parameters that make this torque, ten per link; those that never show in it are zero.
+    pub links: Vec<f64>,
+    /// Torque of the rigid links: `rigid[joint][sample]` [N m, N].
+    pub rigid: Vec<Vec<f64>>,
+    /// Torque of all effects together [N m, N].
+    pub total: Vec<Vec<f64>>,
 }
 
 impl Run {
     /// Number of samples.
     pub fn samples(&self) -> usize {
         self.q.first().map_or(0, Vec::len)
+    }
+
+    /// Velocities of joint `j` for columns with a sign or a step at rest [rad/s, m/s].
+    pub fn friction_dq(&self, j: usize) -> &[f64] {
+        self.friction_dq.get(j).unwrap_or(&self.dq[j])
     }
 
     /// Where the rows of a fit lie in time.

@@ -37,6 +37,13 @@ pub fn prepare(log: &Log, settings: &Settings) -> Result<(Run, SignalReport)> {
         Some(dq) => columns(dq, |c| filtered(grid.apply(c), motion)),
         None => columns(&q, |c| central_difference(c, design.dt)),
     };
+    let friction_dq = match (&design.friction, logged) {
+        (None, _) => Vec::new(),
+        (Some(friction), Some(dq)) => columns(dq, |c| filtered(grid.apply(c), friction)),
+        (Some(friction), None) => {
+            columns(&log.q, |c| central_difference(&filtered(grid.apply(c), friction), design.dt))
+        }
+    };
     let ddq = columns(&dq, |c| central_difference(c, design.dt));
     let tau = columns(&log.tau, |c| match settings.mode {
         Mode::Inputs => filtered(grid.apply(c), &design.band),
@@ -44,7 +51,19 @@ pub fn prepare(log: &Log, settings: &Settings) -> Result<(Run, SignalReport)> {
     });
     let channels = log.channels.iter().map(|(name, c)| (name.clone(), grid.apply(c))).collect();
     let (name, start) = (log.name.clone(), log.t[clock.rows[0]]);
-    let run = Run { name, dt: design.dt, start, q, dq, ddq, tau, channels, row_filter: None };
+    let run = Run {
+        name,
+        dt: design.dt,
+        start,
+        q,
+        dq,
+        ddq,
+        tau,
+        channels,
+        friction_dq,
+        row_filter: None,
+        model: None,
+    };
     Ok((design.finish(run, settings.mode), report))
 }
 
@@ -65,6 +84,8 @@ struct Design {
     band: ZeroPhase,
     /// For positions and velocities before differentiation, where that is not the band.
     motion: Option<ZeroPhase>,
+    /// For the velocities of columns with a sign, where that is neither.
+    friction: Option<ZeroPhase>,
     range: Range<usize>,
     every: usize,
 }
@@ -77,6 +98,10 @@ impl Design {
             Mode::Inputs => None,
             Mode::Parallel => Some(ZeroPhase::butterworth(settings.order, settings.position_cutoff_hz, dt)?),
         };
+        let friction = match (settings.mode, settings.friction_cutoff_hz) {
+            (Mode::Parallel, Some(hz)) => Some(ZeroPhase::butterworth(settings.order, hz, dt)?),
+            _ => None,
+        };
         let trim = libm::round(settings.trim_s / dt) as usize;
         let range = trim..samples.saturating_sub(trim);
         if range.len() < 3 {
@@ -84,7 +109,7 @@ impl Design {
             let what = format!("nothing is left of {length:.3} s after trimming {trimmed} s at both ends");
             return Err(Error::new(what).help("record a longer motion, or lower `trim_s`"));
         }
-        Ok(Self { dt, band, motion, range, every: settings.decimation(dt) })
+        Ok(Self { dt, band, motion, friction, range, every: settings.decimation(dt) })
     }
 
     /// Trims and decimates now, or leaves that to the rows.
@@ -146,6 +171,7 @@ fn report(
         order: settings.order,
         source_of_velocity: if logged { "logged" } else { "position" },
         position_cutoff_hz: design.motion.as_ref().map(ZeroPhase::cutoff_hz),
+        friction_cutoff_hz: design.friction.as_ref().map(ZeroPhase::cutoff_hz),
         trim_s: settings.trim_s,
         decimate: design.every,
         rows_used: design.range.len().div_ceil(design.every),

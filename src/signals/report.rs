@@ -36,6 +36,8 @@ pub struct SignalReport {
     pub source_of_velocity: &'static str,
     /// Cut-off before differentiation \[Hz\]; only in `parallel`.
     pub position_cutoff_hz: Option<f64>,
+    /// Cut-off for the velocities of columns with a sign \[Hz\], where they have their own.
+    pub friction_cutoff_hz: Option<f64>,
     /// Cut from both ends \[s\].
     pub trim_s: f64,
     /// Every so-many-th sample was kept.
@@ -71,8 +73,9 @@ impl SignalReport {
             1e3 * self.longest_gap_s
         )));
         let motion = self.position_cutoff_hz.map_or_else(String::new, |hz| format!(", motion {hz} Hz"));
+        let friction = self.friction_cutoff_hz.map_or_else(String::new, |hz| format!(", friction {hz} Hz"));
         lines.push(fit(format!(
-            "  mode {}: band {} Hz{motion}, Butterworth order {} both ways",
+            "  mode {}: band {} Hz{motion}{friction}, Butterworth order {} both ways",
             self.mode, self.band_hz, self.order
         )));
         lines.push(fit(format!(

@@ -70,6 +70,9 @@ pub struct Settings {
     pub order: usize,
     /// Cut-off for positions and velocities before they are differentiated \[Hz\]; `Parallel` only.
     pub position_cutoff_hz: f64,
+    /// Cut-off for the velocities of columns with a sign or a step at rest \[Hz\], `Parallel` only; a
+    /// low-pass blurs every reversal. As `position_cutoff_hz` when not given.
+    pub friction_cutoff_hz: Option<f64>,
     /// Source of velocities.
     pub velocity_from: VelocityFrom,
     /// Cut from both ends after filtering \[s\].
@@ -93,6 +96,7 @@ impl Default for Settings {
             band_hz: 5.0,
             order: 4,
             position_cutoff_hz: 6.0,
+            friction_cutoff_hz: None,
             velocity_from: VelocityFrom::Auto,
             trim_s: 0.5,
             decimate: None,
@@ -112,6 +116,7 @@ impl Settings {
         let positive = [
             ("band_hz", self.band_hz),
             ("position_cutoff_hz", self.position_cutoff_hz),
+            ("friction_cutoff_hz", self.friction_cutoff_hz.unwrap_or(1.0)),
             ("max_gap_s", self.max_gap_s),
         ];
         for (name, value) in positive {

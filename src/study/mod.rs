@@ -1,7 +1,9 @@
 //! From a scenario to a report: the only place that knows the order of the steps.
 
+mod comparison;
 mod friction;
 mod moving;
+mod retrieval;
 mod statics;
 
 use std::collections::BTreeMap;
@@ -52,13 +54,19 @@ struct Study<'a> {
 /// # Errors
 /// When the scenario or something it names cannot be used; the message says where and what to do.
 pub fn run(path: &Path, options: Options<'_>) -> Result<Outcome> {
-    let scenario = Scenario::open(path)?;
+    let mut scenario = Scenario::open(path)?;
     if !options.data.is_empty() && !matches!(scenario.logs, Some(Logs::Files { .. })) {
         return Err(Error::new("--data was given, but the scenario takes no log files")
             .in_file(path)
             .help("give the scenario `logs: Files(fit: [..])`"));
     }
     let folder = path.parent().unwrap_or(Path::new(".")).to_path_buf();
+    for constraint in &mut scenario.constraints {
+        constraint.load(&folder)?;
+    }
+    for preset in &scenario.presets {
+        scenario.constraints.extend(crate::constraints::open(&folder.join(preset))?);
+    }
     let mut robot = Robot::open(folder.join(&scenario.robot))?;
     if let Some(gravity) = scenario.gravity {
         robot = robot.with_gravity(Vector3::from(gravity));
@@ -87,6 +95,8 @@ impl Study<'_> {
             Some(moving) => self.timed("friction path", |s| s.friction_path(moving, poses.as_ref()))?,
             None => Vec::new(),
         };
+        let engines = self.timed("retrieval", |s| s.retrieve(poses.as_ref(), moving.as_ref()))?;
+        let comparison = engines.as_ref().and_then(|e| self.compare(e, moving.as_ref(), &friction));
         let static_model = poses.as_ref().map(|p| &p.model);
         let model = moving.as_ref().map(|m| &m.model).or(static_model).cloned();
         let identifications: Vec<_> =
@@ -100,9 +110,9 @@ impl Study<'_> {
             identifications,
             friction,
             diagnosis: None,
-            retrievals: None,
+            retrievals: engines.map(|e| e.reports),
             intervals: None,
-            comparison: None,
+            comparison,
             warnings: self.warnings,
             timing: self.timing,
         };

@@ -23,6 +23,10 @@ pub(super) struct FromLogs {
     pub report: Identification,
     pub model: ModelFile,
     pub runs: Vec<Run>,
+    /// The fitted model, for what comes after.
+    pub fitted: Model,
+    /// Everything least squares knows of the logs.
+    pub evidence: Evidence,
 }
 
 struct Prepared {
@@ -51,9 +55,9 @@ impl Study<'_> {
         report.split = Some(folds.description.clone());
         report.validation = self.validate(&model, &fitted, &validated)?;
         let origin = format!("logs: {}", data.names.join(", "));
-        let model =
+        let file =
             ModelFile::new(&model, &fitted.x, &fitted.robust_sd, self.scenario.signals.clone(), origin);
-        Ok(Some(FromLogs { report, model, runs: data.runs }))
+        Ok(Some(FromLogs { report, model: file, runs: data.runs, fitted: model, evidence }))
     }
 
     /// Logs to fit and logs to predict.

@@ -131,7 +131,7 @@ fn wrong_maps_point_at_line_and_column() {
         assert!(error.message().contains(words), "{text}: {error}");
         assert_eq!(error.place().and_then(|p| p.line), line, "{text}: {error}");
     }
-    let deep = "(channels: ".to_owned() + &"[".repeat(100_000);
+    let deep = format!("(channels: {}", "[".repeat(100_000));
     assert!(ColumnMap::parse(&deep).is_err());
     let absent = ColumnMap::open("no_such_map").expect_err("no such file").to_string();
     assert!(absent.contains("libfranka, ur_rtde, ur_rtde_torque"), "{absent}");

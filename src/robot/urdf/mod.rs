@@ -5,6 +5,8 @@ mod parse;
 mod tree;
 mod xml;
 
+pub(crate) use parse::with_document;
+
 use std::collections::HashMap;
 
 use nalgebra::Vector3;
@@ -72,6 +74,8 @@ fn refuse_macro(element: Element) -> Result<()> {
 
 /// Meshes are not needed here, but a file that points out of its own folder is not to be trusted
 /// by whatever opens them. `package://`, `file://` and absolute paths are other programs' business.
+/// Public packages keep `urdf/` and `meshes/` side by side, so `../meshes/..` is common; a step into a
+/// neighbouring folder passes, since no mesh is ever opened.
 fn refuse_escaping_file(element: Element) -> Result<()> {
     let Some(path) = element.attribute("filename") else { return Ok(()) };
     if !matches!(element.tag(), "mesh" | "texture") || path.text.contains("://") {
@@ -84,6 +88,9 @@ fn refuse_escaping_file(element: Element) -> Result<()> {
             ".." => -1,
             _ => 1,
         };
+        if depth < 0 && is_neighbouring_folder(path.text) {
+            return Ok(());
+        }
         if depth < 0 {
             let text = format!("the path \"{}\" leaves the folder of this file", shortened(path.text));
             let help =
@@ -92,6 +99,13 @@ fn refuse_escaping_file(element: Element) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// `../folder/file`, without any other way up.
+fn is_neighbouring_folder(path: &str) -> bool {
+    let parts: Vec<&str> = path.trim().split(['/', '\\']).collect();
+    let up = parts.iter().filter(|p| **p == "..").count();
+    parts.first() == Some(&"..") && up == 1 && parts.len() >= 3
 }
 
 /// Which moving body each link of the file belongs to.

@@ -1,0 +1,172 @@
+//! A stranger's plug-ins keep their promises, and the checks notice when plug-ins do not.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use lacuna::Result;
+use lacuna::conformance;
+use lacuna::constraints::{About, Constraint, LinkSpace};
+use lacuna::form::{Affine, Body, Form, General};
+use lacuna::retrieval::{Problem, RetrievalEngine, Retrieved, Watch};
+use lacuna::robot::Robot;
+use serde::{Deserialize, Serialize};
+
+// Nothing else mentions the crate: without this line its plug-ins would not be linked.
+use lacuna_outsider as _;
+
+fn robot() -> Robot {
+    Robot::open("../../robots/two_link.ron").expect("the shipped robot reads")
+}
+
+fn check(ron: &str) -> Result<()> {
+    conformance::constraint(ron, &robot(), Path::new("."), &[])
+}
+
+#[test]
+fn the_constraint_keeps_its_promises() -> Result<()> {
+    check(r#"{"com_outside_sphere": (links: All, center: (0.0, 0.0, 0.1), radius: 0.05)}"#)?;
+    check(r#"{"com_outside_sphere": (links: Only(["link2"]), center: (0.0, 0.0, 0.0), radius: 0.3)}"#)
+}
+
+#[test]
+fn the_engine_solves_every_problem_convex_or_not() -> Result<()> {
+    let solved = conformance::engine(r#"{"random_walk": ()}"#, 0.02)?;
+    assert_eq!(solved, ["simplex", "ball", "matrix", "ring"]);
+    Ok(())
+}
+
+#[test]
+fn an_unknown_name_answers_with_what_is_known() {
+    let message = check(r#"{"com_outside_cube": ()}"#).expect_err("unknown").to_string();
+    assert!(message.contains("com_outside_sphere") && message.contains("total_mass"), "{message}");
+}
+
+/// A constraint that breaks one promise.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Broken {
+    promise: Promise,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+enum Promise {
+    Gradient,
+    Support,
+    Implied,
+    Labels,
+    Nothing,
+}
+
+#[typetag::serde(name = "broken")]
+impl Constraint for Broken {
+    fn about(&self) -> About {
+        About {
+            name: "broken",
+            title: "breaks one promise",
+            text: "A constraint that is wrong on purpose, to see that the checks notice what is wrong with it.",
+            condition: "m <= 5",
+            settings: &[("promise", "", "which one")],
+            form: "general",
+        }
+    }
+
+    fn forms(&self, _robot: &Robot, space: &LinkSpace) -> Result<Vec<Form>> {
+        let limit = if self.promise == Promise::Implied { 0.01 } else { 50.0 };
+        let row = Affine::constant(limit).plus(-1.0, &space.mass(0));
+        let form = |label: &str| {
+            let body = Body::General {
+                function: Arc::new(Product(self.promise)),
+                why: "it is wrong".into(),
+                implied: vec![Form::affine("implied", "kg", 1.0, row.clone())],
+            };
+            Form::new(label, "kg^2", 1.0, body)
+        };
+        let second = if self.promise == Promise::Labels { "first" } else { "second" };
+        Ok(vec![form("first"), form(second)])
+    }
+}
+
+/// `25 - m1 m1`, unless it is broken.
+#[derive(Debug)]
+struct Product(Promise);
+
+impl General for Product {
+    fn support(&self) -> Vec<usize> {
+        vec![0]
+    }
+
+    fn margin(&self, z: &[f64]) -> f64 {
+        let hidden = if self.0 == Promise::Support { z[1] } else { 0.0 };
+        25.0 - z[0] * z[0] + hidden
+    }
+
+    fn gradient(&self, z: &[f64]) -> (f64, Vec<f64>) {
+        let factor = if self.0 == Promise::Gradient { -1.0 } else { -2.0 };
+        (self.margin(z), vec![factor * z[0]])
+    }
+}
+
+#[test]
+fn broken_constraints_are_noticed() {
+    check(r#"{"broken": (promise: Nothing)}"#).expect("nothing is wrong with this one");
+    for (promise, what) in [
+        ("Gradient", "the slope of `first` in unknown 0"),
+        ("Support", "not in its support"),
+        ("Implied", "which it says it implies"),
+        ("Labels", "two forms are called `first`"),
+    ] {
+        let message =
+            check(&format!(r#"{{"broken": (promise: {promise})}}"#)).expect_err(promise).to_string();
+        assert!(message.contains(what), "{promise}: {message}");
+    }
+}
+
+/// An engine that answers with the middle of the bounds, and boasts.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Boaster {
+    bound: Option<f64>,
+    answer: Vec<f64>,
+}
+
+#[typetag::serde(name = "boaster")]
+impl RetrievalEngine for Boaster {
+    fn name(&self) -> &'static str {
+        "boaster"
+    }
+
+    fn label(&self) -> &str {
+        "boaster"
+    }
+
+    fn accepts(&self, form: &Form) -> Result<(), String> {
+        if matches!(form.body, Body::Affine(_)) { Ok(()) } else { Err("only affine forms".into()) }
+    }
+
+    fn retrieve(&self, _problem: &Problem, _watch: &Watch<'_>) -> Result<Retrieved> {
+        Ok(Retrieved {
+            z: self.answer.clone(),
+            runs: 1,
+            stages: 1,
+            evaluations: 1,
+            status: "best there is".into(),
+            stopped: false,
+            lower_bound: self.bound,
+        })
+    }
+}
+
+#[test]
+fn engines_that_boast_are_noticed() {
+    let engine = |ron: &str| conformance::engine(ron, 1e-6);
+    assert_eq!(engine(r#"{"boaster": (bound: None, answer: [0.5, 0.5, 0.0, 0.0])}"#), Ok(vec!["simplex"]));
+    for (ron, what) in [
+        (r#"{"boaster": (bound: Some(1.76), answer: [0.5, 0.5, 0.0, 0.0])}"#, "is above the best objective"),
+        (r#"{"boaster": (bound: None, answer: [0.6, 0.5, 0.0, 0.0])}"#, "violates the forms"),
+        (r#"{"boaster": (bound: None, answer: [0.4, 0.5, 0.0, 0.0])}"#, "the best is"),
+        (r#"{"boaster": (bound: None, answer: [0.5])}"#, "not 4 finite numbers"),
+    ] {
+        let message = engine(ron).expect_err(ron).to_string();
+        assert!(message.contains(what), "{ron}: {message}");
+    }
+}

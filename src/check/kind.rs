@@ -1,0 +1,159 @@
+//! What a file is, from its name and its content.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use flate2::read::MultiGzDecoder;
+use serde::Serialize;
+
+use super::fields::outer_fields;
+use crate::error::{Error, Result};
+
+/// Kinds of files that are known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// Robot as URDF.
+    Urdf,
+    /// Robot as Denavit-Hartenberg table.
+    DenavitHartenberg,
+    /// Study.
+    Scenario,
+    /// Log of a moving robot.
+    Log,
+    /// Static poses.
+    Poses,
+    /// Column map.
+    ColumnMap,
+    /// Finished model.
+    Model,
+    /// Published coefficients.
+    Coefficients,
+    /// Script.
+    Script,
+}
+
+impl Kind {
+    /// In words.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Urdf => "a robot (URDF)",
+            Self::DenavitHartenberg => "a robot (Denavit-Hartenberg table)",
+            Self::Scenario => "a scenario",
+            Self::Log => "a log of a moving robot (CSV)",
+            Self::Poses => "static poses of a robot (CSV)",
+            Self::ColumnMap => "a column map",
+            Self::Model => "a finished model",
+            Self::Coefficients => "published coefficients",
+            Self::Script => "a script",
+        }
+    }
+}
+
+/// Bytes that are looked at.
+const HEAD: u64 = 1 << 16;
+
+/// Outermost fields by which RON files are told apart.
+const FIELDS: [(Kind, &[&str]); 5] = [
+    (Kind::DenavitHartenberg, &["convention", "rows", "gravity", "frames", "angles", "name"]),
+    (
+        Kind::Scenario,
+        &[
+            "robot",
+            "poses",
+            "logs",
+            "signals",
+            "effects",
+            "hold_out",
+            "friction",
+            "seed",
+            "weighting",
+            "gravity",
+            "drop_above_percent",
+        ],
+    ),
+    (Kind::Model, &["lacuna", "robot", "origin", "signals", "effects", "parameters"]),
+    (Kind::Coefficients, &["source", "coefficients"]),
+    (
+        Kind::ColumnMap,
+        &[
+            "delimiter",
+            "header",
+            "decimal_comma",
+            "time",
+            "position",
+            "velocity",
+            "acceleration",
+            "torque",
+            "channels",
+            "other_columns",
+        ],
+    ),
+];
+
+/// Recognises a file.
+///
+/// # Errors
+/// When it cannot be read, or is none of the known kinds.
+pub fn recognise(path: &Path) -> Result<Kind> {
+    let head = head(path)?;
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let text = String::from_utf8_lossy(&head);
+    let start = text.trim_start_matches('\u{feff}').trim_start();
+    match extension.as_str() {
+        "rhai" => Ok(Kind::Script),
+        "urdf" => Ok(Kind::Urdf),
+        "csv" | "gz" | "txt" | "tsv" => Ok(table(start)),
+        "ron" => ron(path, start),
+        _ if start.starts_with('<') => Ok(Kind::Urdf),
+        _ if start.starts_with('(') || start.starts_with("//") => ron(path, start),
+        _ if start.lines().next().is_some_and(|line| line.contains(',')) => Ok(table(start)),
+        _ => Err(unknown(path)),
+    }
+}
+
+fn ron(path: &Path, text: &str) -> Result<Kind> {
+    let fields = outer_fields(text);
+    let hits = |known: &[&str]| fields.iter().filter(|f| known.contains(&f.name)).count();
+    let best = FIELDS.iter().rev().max_by_key(|(_, known)| hits(known)).filter(|(_, known)| hits(known) > 0);
+    // `()` is a column map that changes nothing.
+    let empty = fields.is_empty() && text.trim_end().ends_with("()");
+    match best {
+        Some((kind, _)) => Ok(*kind),
+        None if empty => Ok(Kind::ColumnMap),
+        None => Err(unknown(path)),
+    }
+}
+
+/// Poses have inertia matrices, logs do not.
+fn table(text: &str) -> Kind {
+    let header = text.lines().next().unwrap_or_default();
+    let has = |name: &str| header.split(',').any(|field| field.trim() == name);
+    if has("m11") && !has("t") { Kind::Poses } else { Kind::Log }
+}
+
+/// The first bytes, unpacked.
+pub(super) fn head(path: &Path) -> Result<Vec<u8>> {
+    let trouble = |e: std::io::Error| Error::new(format!("cannot read the file: {e}")).in_file(path);
+    let mut head = Vec::new();
+    let file = File::open(path).map_err(trouble)?;
+    if file.metadata().map_err(trouble)?.is_dir() {
+        return Err(Error::new("this is a folder, not a file").in_file(path).help("name a file in it"));
+    }
+    file.take(HEAD).read_to_end(&mut head).map_err(trouble)?;
+    if head.starts_with(&[0x1F, 0x8B]) {
+        let mut unpacked = Vec::new();
+        // A head that is cut off ends in an error; what came before it is all that is wanted.
+        let _ = MultiGzDecoder::new(head.as_slice()).take(HEAD).read_to_end(&mut unpacked);
+        return Ok(unpacked);
+    }
+    Ok(head)
+}
+
+fn unknown(path: &Path) -> Error {
+    Error::new("this is no file that is known here").in_file(path).at(1, 1).help(
+        "known are robots (URDF, or RON with `convention` and `rows`), scenarios (RON with `robot`), logs and \
+         static poses (CSV with a header), column maps, models and coefficients (RON)",
+    )
+}

@@ -1,0 +1,135 @@
+use std::path::{Path, PathBuf};
+
+use lacuna::export::{Exported, Parameters, json, mjcf, urdf};
+use lacuna::model_file::ModelFile;
+use lacuna::robot::Robot;
+use lacuna::text::{read, write_whole};
+use lacuna::{Error, Result};
+use serde::Serialize;
+
+use super::{Global, open_robot, print, print_json};
+
+/// Arguments of `lacuna export`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Export {
+    /// Model file (RON) with all link parameters, as a retrieval writes it.
+    model: PathBuf,
+    /// What to write; to stdout, or to the file that --out names.
+    #[arg(long, value_enum)]
+    format: Format,
+    /// Robot file: URDF, or a Denavit-Hartenberg table in RON. When not given, one with the model's robot
+    /// name is looked for beside the model and in `robots`.
+    #[arg(long, value_name = "FILE")]
+    robot: Option<PathBuf>,
+    /// Gravity in the base frame [m/s²], instead of the robot file's.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    gravity: Option<String>,
+    /// Write parameters that no body can have, too.
+    #[arg(long)]
+    force: bool,
+}
+
+/// Formats that are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    /// Unified Robot Description Format; in the frames of the original file when there was one.
+    Urdf,
+    /// MuJoCo's model format.
+    Mjcf,
+    /// Links, kinematics and every other parameter as JSON.
+    Json,
+}
+
+/// The answer with `--json` for formats that are not JSON themselves.
+#[derive(Serialize)]
+struct Wrapped<'a> {
+    format: &'static str,
+    text: &'a str,
+    notes: &'a [String],
+}
+
+impl Export {
+    pub(super) fn run(self, global: &Global) -> Result<bool> {
+        let file = ModelFile::open(&self.model)?;
+        let robot_path = self.robot.clone().map_or_else(|| find_robot(&self.model, &file.robot), Ok)?;
+        let robot = open_robot(&robot_path, self.gravity.as_deref())?;
+        let parameters = Parameters::read(&file, &robot).map_err(|e| e.in_file(&self.model))?;
+        let doubts = parameters.doubts(&robot);
+        if !doubts.is_empty() && !self.force {
+            eprintln!("{}", refusal(&self.model, &parameters, &doubts));
+            return Ok(false);
+        }
+        let mut exported = self.document(&file, &robot_path, &robot, &parameters)?;
+        exported.notes.extend(doubts.into_iter().map(|d| format!("not physical: {d}")));
+        if file.robot != robot.name {
+            exported.notes.push(format!("the model is of `{}`, the robot is `{}`", file.robot, robot.name));
+        }
+        self.deliver(&exported, &robot, global)?;
+        Ok(true)
+    }
+
+    fn document(
+        &self,
+        file: &ModelFile,
+        robot_path: &Path,
+        robot: &Robot,
+        parameters: &Parameters,
+    ) -> Result<Exported> {
+        match self.format {
+            Format::Mjcf => mjcf(robot, parameters),
+            Format::Json => json(robot, parameters, file),
+            Format::Urdf => {
+                let is_table = robot_path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ron"));
+                let original = if is_table { None } else { Some(read(robot_path)?) };
+                urdf(robot, parameters, original.as_deref()).map_err(|e| e.in_file(robot_path))
+            }
+        }
+    }
+
+    fn deliver(&self, exported: &Exported, robot: &Robot, global: &Global) -> Result<()> {
+        if !global.quiet {
+            exported.notes.iter().for_each(|note| eprintln!("note: {note}"));
+        }
+        let (format, ending) = match self.format {
+            Format::Urdf => ("urdf", "urdf"),
+            Format::Mjcf => ("mjcf", "xml"),
+            Format::Json => ("json", "json"),
+        };
+        if let Some(out) = &global.out {
+            let is_folder = out.is_dir();
+            let path = if is_folder { out.join(format!("{}.{ending}", robot.name)) } else { out.clone() };
+            write_whole(&path, exported.text.as_bytes())?;
+            if !global.quiet {
+                eprintln!("wrote {}", path.display());
+            }
+            return Ok(());
+        }
+        if global.json && self.format != Format::Json {
+            return print_json(&Wrapped { format, text: &exported.text, notes: &exported.notes });
+        }
+        print(&exported.text)
+    }
+}
+
+fn refusal(model: &Path, parameters: &Parameters, doubts: &[String]) -> String {
+    let mut text = format!("{}: the parameters are not physical, so nothing is written", model.display());
+    for doubt in doubts {
+        text += &format!("\n  {doubt}");
+    }
+    let help = parameters.explanation();
+    let help = help.unwrap_or_else(|| "retrieve feasible parameters first".to_string());
+    text + &format!("\n  help: {help}; or write them all the same with --force")
+}
+
+/// A robot file with the model's robot name.
+fn find_robot(model: &Path, name: &str) -> Result<PathBuf> {
+    let folders = [model.parent().unwrap_or(Path::new("")), Path::new("robots")];
+    // A name is not a path: one with separators in it names no file here.
+    let plain = !name.contains(['/', '\\']) && !name.is_empty();
+    let files = folders.iter().flat_map(|f| ["urdf", "ron"].map(|ending| f.join(format!("{name}.{ending}"))));
+    files.filter(|_| plain).find(|f| f.is_file()).ok_or_else(|| {
+        Error::new(format!("no robot file called `{name}` beside the model or in `robots`"))
+            .in_file(model)
+            .help("give it with --robot FILE")
+    })
+}

@@ -1,0 +1,287 @@
+//! Engine `nlopt`: the local solvers of Steven Johnson's NLopt from random starts, as a yardstick for ours.
+//!
+//! Only with the feature `nlopt`: it needs CMake and a C compiler, and the library that the `nlopt` crate
+//! builds contains code under the LGPL. The engine is always known by name, so that a scenario that asks
+//! for it is told what to do.
+
+use serde::{Deserialize, Serialize};
+
+use super::checkpoint::Checkpoint;
+use super::{Problem, RetrievalEngine, Retrieved, Watch};
+use crate::error::{Error, Result};
+use crate::form::Form;
+
+/// Which solver of NLopt.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum NloptAlgorithm {
+    /// Sequential quadratic programming (Kraft 1994) with all forms as constraints.
+    #[default]
+    Slsqp,
+    /// Subspace-searching simplex (Rowan 1990, Johnson's version) on the objective plus a linear penalty.
+    Sbplx,
+}
+
+/// Engine `nlopt`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct NloptEngine {
+    /// The user's name for this entry.
+    pub label: Option<String>,
+    /// Independent runs.
+    pub runs: usize,
+    /// The solver.
+    pub algorithm: NloptAlgorithm,
+    /// Most evaluations of a run.
+    pub evaluations: u32,
+    /// Where finished runs are kept.
+    #[serde(skip)]
+    pub checkpoint: Option<Checkpoint>,
+}
+
+impl Default for NloptEngine {
+    fn default() -> Self {
+        Self { label: None, runs: 5, algorithm: NloptAlgorithm::Slsqp, evaluations: 20_000, checkpoint: None }
+    }
+}
+
+#[typetag::serde(name = "nlopt")]
+impl RetrievalEngine for NloptEngine {
+    fn name(&self) -> &'static str {
+        "nlopt"
+    }
+
+    fn label(&self) -> &str {
+        self.label.as_deref().unwrap_or("nlopt")
+    }
+
+    fn available(&self) -> Result<()> {
+        if cfg!(feature = "nlopt") {
+            return Ok(());
+        }
+        Err(Error::new("the engine `nlopt` is not part of this build").help(
+            "build with `--features nlopt` (needs CMake and a C compiler; the library it adds is LGPL), \
+             or use the engine `penalty`",
+        ))
+    }
+
+    fn accepts(&self, _form: &Form) -> Result<(), String> {
+        Ok(())
+    }
+
+    fn set_checkpoint(&mut self, checkpoint: Option<Checkpoint>) {
+        self.checkpoint = checkpoint;
+    }
+
+    #[cfg(not(feature = "nlopt"))]
+    fn retrieve(&self, _problem: &Problem, _watch: &Watch<'_>) -> Result<Retrieved> {
+        self.available().and_then(|()| Err(Error::new("the engine `nlopt` is not part of this build")))
+    }
+
+    #[cfg(feature = "nlopt")]
+    fn retrieve(&self, problem: &Problem, watch: &Watch<'_>) -> Result<Retrieved> {
+        solve::retrieve(self, problem, watch)
+    }
+}
+
+#[cfg(feature = "nlopt")]
+mod solve {
+    use std::cell::Cell;
+
+    use nlopt::{Algorithm, Nlopt, Target as Goal};
+
+    use super::{NloptAlgorithm, NloptEngine};
+    use crate::error::Result;
+    use crate::random::Stream;
+    use crate::retrieval::checkpoint::{Origin, Outcome};
+    use crate::retrieval::penalty::PenaltyForm;
+    use crate::retrieval::penalty::runs::{self, Monitor, Plan, better, judge, random_start};
+    use crate::retrieval::polish::Target;
+    use crate::retrieval::{Problem, RetrievalEngine, Retrieved, Watch};
+    use crate::text;
+
+    /// Scaled margin that constraints are held to, so that the solver's own rounding does not violate them.
+    const MARGIN: f64 = 1e-8;
+    /// Relative change of the objective that counts as none.
+    const CHANGE: f64 = 1e-9;
+
+    pub(super) fn retrieve(engine: &NloptEngine, problem: &Problem, watch: &Watch<'_>) -> Result<Retrieved> {
+        runs::check(problem, engine.runs, 1)?;
+        let plan = Plan {
+            problem,
+            label: engine.label(),
+            runs: engine.runs,
+            stages: 1,
+            origin: Origin::new(engine.name(), text::to_ron(engine)?, problem),
+            checkpoint: engine.checkpoint.as_ref(),
+            watch,
+        };
+        runs::all(&plan, |stream, monitor| run(engine, problem, stream, monitor))?.best()
+    }
+
+    fn run(
+        engine: &NloptEngine,
+        problem: &Problem,
+        mut stream: Stream,
+        monitor: &Monitor<'_>,
+    ) -> (Outcome, bool) {
+        let start = random_start(problem, &mut stream);
+        let first = judge(problem, problem.chart.unknowns(&start), 1);
+        let (p, evaluations) = match engine.algorithm {
+            NloptAlgorithm::Slsqp => sequential(engine, problem, start, monitor),
+            NloptAlgorithm::Sbplx => simplex(engine, problem, start, monitor),
+        };
+        let found = judge(problem, problem.chart.unknowns(&p), evaluations);
+        let found = if better(&found, &first) { found } else { Outcome { evaluations, ..first } };
+        monitor.stage(&found);
+        let finished = !monitor.stop();
+        (found, finished)
+    }
+
+    /// SLSQP in search coordinates, scaled so that the bounds are 0 and 1 apart.
+    fn sequential(
+        engine: &NloptEngine,
+        problem: &Problem,
+        start: Vec<f64>,
+        monitor: &Monitor<'_>,
+    ) -> (Vec<f64>, u64) {
+        let units = Units::new(problem);
+        let count = Cell::new(0);
+        let objective = |x: &[f64], slope: Option<&mut [f64]>, (): &mut ()| {
+            count.set(count.get() + 1);
+            monitor.stop();
+            let p = units.coordinates(x);
+            let z = problem.chart.unknowns(&p);
+            if let Some(slope) = slope {
+                let gradient = problem.objective.gradient(&z);
+                slope.copy_from_slice(&units.pull(&p, gradient.as_slice()));
+            }
+            problem.objective.value(&z)
+        };
+        let constraints = |values: &mut [f64], x: &[f64], slopes: Option<&mut [f64]>, (): &mut ()| {
+            let p = units.coordinates(x);
+            let z = problem.chart.unknowns(&p);
+            for (value, form) in values.iter_mut().zip(&problem.forms) {
+                *value = MARGIN - form.margin(&z) / form.scale;
+            }
+            if let Some(slopes) = slopes {
+                for (row, form) in slopes.chunks_exact_mut(x.len()).zip(&problem.forms) {
+                    let mut dense = vec![0.0; z.len()];
+                    form.gradient(&z).1.iter().for_each(|&(i, s)| dense[i] -= s / form.scale);
+                    row.copy_from_slice(&units.pull(&p, &dense));
+                }
+            }
+        };
+        let n = start.len();
+        let mut solver = Nlopt::new(Algorithm::Slsqp, n, objective, Goal::Minimize, ());
+        let tolerances = vec![0.0; problem.forms.len()];
+        let ready = solver.set_lower_bounds(&vec![0.0; n]).is_ok()
+            && solver.set_upper_bounds(&vec![1.0; n]).is_ok()
+            && solver.set_maxeval(engine.evaluations).is_ok()
+            && solver.set_ftol_rel(CHANGE).is_ok()
+            && (problem.forms.is_empty()
+                || solver
+                    .add_inequality_mconstraint(problem.forms.len(), constraints, (), &tolerances)
+                    .is_ok());
+        let mut x = units.scaled(&start);
+        if ready {
+            // Rounding may end it with an error at the optimum; the point is judged either way.
+            let _ = solver.optimize(&mut x);
+        }
+        (units.coordinates(&x), count.get())
+    }
+
+    fn simplex(
+        engine: &NloptEngine,
+        problem: &Problem,
+        start: Vec<f64>,
+        monitor: &Monitor<'_>,
+    ) -> (Vec<f64>, u64) {
+        let units = Units::new(problem);
+        let weight = problem.objective.d.norm_squared().max(f64::MIN_POSITIVE);
+        let target = Target { problem, penalty: PenaltyForm::Linear, weight };
+        let count = Cell::new(0);
+        let objective = |x: &[f64], _: Option<&mut [f64]>, (): &mut ()| {
+            count.set(count.get() + 1);
+            monitor.stop();
+            target.value(&problem.chart.unknowns(&units.coordinates(x)))
+        };
+        let n = start.len();
+        let mut solver = Nlopt::new(Algorithm::Sbplx, n, objective, Goal::Minimize, ());
+        let ready = solver.set_lower_bounds(&vec![0.0; n]).is_ok()
+            && solver.set_upper_bounds(&vec![1.0; n]).is_ok()
+            && solver.set_maxeval(engine.evaluations).is_ok()
+            && solver.set_ftol_rel(CHANGE).is_ok();
+        let mut x = units.scaled(&start);
+        if ready {
+            let _ = solver.optimize(&mut x);
+        }
+        (units.coordinates(&x), count.get())
+    }
+
+    /// Search coordinates in units of their bounds' distance.
+    struct Units<'a> {
+        problem: &'a Problem,
+        lower: Vec<f64>,
+        width: Vec<f64>,
+    }
+
+    impl<'a> Units<'a> {
+        fn new(problem: &'a Problem) -> Self {
+            let all = &problem.chart.space().parameters;
+            let lower = all.iter().map(|p| p.lower).collect();
+            Self { problem, lower, width: all.iter().map(|p| p.upper - p.lower).collect() }
+        }
+
+        fn coordinates(&self, x: &[f64]) -> Vec<f64> {
+            x.iter()
+                .zip(self.lower.iter().zip(&self.width))
+                .map(|(x, (l, w))| l + x.clamp(0.0, 1.0) * w)
+                .collect()
+        }
+
+        fn scaled(&self, p: &[f64]) -> Vec<f64> {
+            let unit = |(p, (l, w)): (&f64, (&f64, &f64))| if *w > 0.0 { (p - l) / w } else { 0.0 };
+            p.iter().zip(self.lower.iter().zip(&self.width)).map(unit).collect()
+        }
+
+        /// Derivatives with respect to scaled coordinates from those with respect to unknowns, by central
+        /// differences of the chart.
+        fn pull(&self, p: &[f64], gradient: &[f64]) -> Vec<f64> {
+            let chart = &self.problem.chart;
+            let mut result = vec![0.0; p.len()];
+            for (group, range) in chart.space().ranges().into_iter().enumerate() {
+                let mut moved = p[range.clone()].to_vec();
+                let (mut above, mut below) = (vec![0.0; moved.len()], vec![0.0; moved.len()]);
+                for k in range.clone() {
+                    let (at, h) = (k - range.start, 1e-5 * self.width[k].max(1e-9));
+                    moved[at] = p[k] + h;
+                    chart.group_to_unknowns(group, &moved, &mut above);
+                    moved[at] = p[k] - h;
+                    chart.group_to_unknowns(group, &moved, &mut below);
+                    moved[at] = p[k];
+                    let change = above.iter().zip(&below).zip(&gradient[range.clone()]);
+                    let slope: f64 = change.map(|((a, b), g)| g * (a - b)).sum::<f64>() / (2.0 * h);
+                    result[k] = slope * self.width[k];
+                }
+            }
+            result
+        }
+    }
+}
+
+#[cfg(all(test, not(feature = "nlopt")))]
+mod tests {
+    use super::*;
+    use crate::retrieval::penalty::testing;
+
+    #[test]
+    fn a_build_without_it_says_how_to_get_it() {
+        let engine: Box<dyn RetrievalEngine> =
+            crate::text::from_ron(r#"{"nlopt": (algorithm: Sbplx)}"#).expect("known by name");
+        let problem = testing::disc();
+        let error =
+            engine.retrieve(&problem, &|_| std::ops::ControlFlow::Continue(())).expect_err("not there");
+        assert!(error.to_string().contains("--features nlopt"), "{error}");
+        assert_eq!(engine.available(), Err(error));
+    }
+}

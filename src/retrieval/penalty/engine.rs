@@ -1,0 +1,177 @@
+//! Our default: Algorithm 1 of Gaz et al. 2019 with cheap coordinate moves, adaptive widths and a polish
+//! that knows the constraints.
+
+use serde::{Deserialize, Serialize};
+
+use super::anneal::{Schedule, anneal};
+use super::function::PenaltyForm;
+use super::runs::{self, Monitor, Plan, better, judge, random_start};
+use super::walk::{Ground, Walk};
+use crate::error::Result;
+use crate::form::Form;
+use crate::random::Stream;
+use crate::retrieval::checkpoint::{Checkpoint, Origin, Outcome};
+use crate::retrieval::polish::{Polish, Polisher, Target};
+use crate::retrieval::{FEASIBLE, Problem, RetrievalEngine, Retrieved, Watch};
+use crate::text;
+
+/// A stage that improves the objective by less than this share is the last.
+const WORTH: f64 = 1e-4;
+/// An objective below this share of the data's squares counts as zero.
+const ZERO: f64 = 1e-13;
+/// Growth of the penalty's weight from stage to stage.
+const GROWTH: f64 = 10.0;
+
+/// Engine `penalty`: from random starts within the bounds, simulated annealing by coordinate moves on
+/// objective plus penalty, then a polish within the constraints; stage after stage until nothing improves.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PenaltyEngine {
+    /// The user's name for this entry.
+    pub label: Option<String>,
+    /// Independent runs (`Q`).
+    pub runs: usize,
+    /// Most stages of a run (`kappa`).
+    pub stages: usize,
+    /// Moves tried in each stage.
+    pub proposals: usize,
+    /// Measure of a violation while annealing.
+    pub penalty: PenaltyForm,
+    /// What ends each stage.
+    pub polish: Polish,
+    /// Where finished runs are kept.
+    #[serde(skip)]
+    pub checkpoint: Option<Checkpoint>,
+}
+
+impl Default for PenaltyEngine {
+    fn default() -> Self {
+        Self {
+            label: None,
+            runs: 20,
+            stages: 4,
+            proposals: 30_000,
+            penalty: PenaltyForm::Linear,
+            polish: Polish::InteriorPoint,
+            checkpoint: None,
+        }
+    }
+}
+
+#[typetag::serde(name = "penalty")]
+impl RetrievalEngine for PenaltyEngine {
+    fn name(&self) -> &'static str {
+        "penalty"
+    }
+
+    fn label(&self) -> &str {
+        self.label.as_deref().unwrap_or("penalty")
+    }
+
+    fn accepts(&self, _form: &Form) -> Result<(), String> {
+        Ok(())
+    }
+
+    fn set_checkpoint(&mut self, checkpoint: Option<Checkpoint>) {
+        self.checkpoint = checkpoint;
+    }
+
+    fn retrieve(&self, problem: &Problem, watch: &Watch<'_>) -> Result<Retrieved> {
+        runs::check(problem, self.runs, self.stages)?;
+        let ground = Ground::new(problem);
+        let polisher = Polisher::new(self.polish, problem);
+        let plan = Plan {
+            problem,
+            label: self.label(),
+            runs: self.runs,
+            stages: self.stages,
+            origin: Origin::new(self.name(), text::to_ron(self)?, problem),
+            checkpoint: self.checkpoint.as_ref(),
+            watch,
+        };
+        runs::all(&plan, |stream, monitor| {
+            Search { engine: self, ground: &ground, polisher: &polisher, monitor, stream }.run()
+        })?
+        .best()
+    }
+}
+
+/// One run.
+struct Search<'a> {
+    engine: &'a PenaltyEngine,
+    ground: &'a Ground<'a>,
+    polisher: &'a Polisher<'a>,
+    monitor: &'a Monitor<'a>,
+    stream: Stream,
+}
+
+impl Search<'_> {
+    /// All stages; `false` when stopped.
+    fn run(mut self) -> (Outcome, bool) {
+        let (problem, stages) = (self.ground.problem(), self.engine.stages);
+        let start = random_start(problem, &mut self.stream);
+        let mut best = judge(problem, problem.chart.unknowns(&start), 1);
+        let mut p = start;
+        for stage in 0..stages {
+            let found = self.stage(stage, p, &best);
+            let evaluations = best.evaluations + found.evaluations;
+            let before = best.objective;
+            let was_feasible = best.violation <= FEASIBLE;
+            if better(&found, &best) {
+                best = found;
+            }
+            best.evaluations = evaluations;
+            let idle = was_feasible && before - best.objective <= WORTH * before.abs();
+            if self.monitor.stop() {
+                return (best, false);
+            }
+            self.monitor.stage(&best);
+            if (stage > 0 && idle) || vanishes(problem, &best) {
+                self.monitor.skip(stages - stage - 1);
+                break;
+            }
+            p = problem.chart.coordinates(&best.z);
+        }
+        (best, true)
+    }
+
+    /// Anneals from `p`, then polishes; returns the better of the two ends.
+    fn stage(&mut self, stage: usize, p: Vec<f64>, best: &Outcome) -> Outcome {
+        let (problem, engine) = (self.ground.problem(), self.engine);
+        let stop = || self.monitor.stop();
+        let weight = weight(problem) * libm::pow(GROWTH, stage as f64);
+        let mut walk = Walk::new(self.ground, engine.penalty, weight, p);
+        let schedule =
+            schedule(stage, walk.value(), best.objective - problem.objective.floor, engine.proposals);
+        let bounds = &problem.chart.space().parameters;
+        let tried = anneal(&mut walk, bounds, schedule, &mut self.stream, &stop);
+        let annealed = judge(problem, problem.chart.unknowns(walk.coordinates()), tried);
+        // A simplex needs a slope to follow where constraints are violated; an interior point has its own.
+        let strict = if engine.polish == Polish::InteriorPoint { f64::INFINITY } else { weight };
+        let target = Target { problem, penalty: engine.penalty, weight: strict };
+        let polished = self.polisher.run(&target, walk.coordinates(), &stop);
+        let polished = judge(problem, polished.z, polished.evaluations);
+        let evaluations = annealed.evaluations + polished.evaluations;
+        let found = if better(&polished, &annealed) { polished } else { annealed };
+        Outcome { evaluations, ..found }
+    }
+}
+
+/// The first stage begins as hot as its start is bad; later ones shake the best point found.
+fn schedule(stage: usize, value: f64, best: f64, proposals: usize) -> Schedule {
+    let hot = if stage == 0 { 0.02 * value } else { 0.3 * best }.max(f64::MIN_POSITIVE);
+    let cold = if stage == 0 { 1e-9 } else { 1e-4 } * hot;
+    Schedule { hot, cold, proposals }
+}
+
+/// Whether nothing is left of the objective that any search could take away.
+fn vanishes(problem: &Problem, best: &Outcome) -> bool {
+    let above = best.objective - problem.objective.floor;
+    best.violation <= FEASIBLE && above <= ZERO * problem.objective.d.norm_squared()
+}
+
+/// Size of the data: what a violation of 1 costs in the first stage.
+fn weight(problem: &Problem) -> f64 {
+    let squares = problem.objective.d.norm_squared();
+    if squares > 0.0 { squares } else { 1.0 }
+}
