@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::constraints::Constraint;
-use crate::effects::{Effect, classic};
+use crate::effects::{Effect, SigmoidParameters, classic};
 use crate::error::{Error, Result};
 use crate::excitation::{FourierMotion, SinusoidalVelocity};
 use crate::identify::{Search, Weighting};
 use crate::plant::{Controller, PlantEffect, Sensors};
-use crate::retrieval::RetrievalEngine;
+use crate::retrieval::{RetrievalEngine, Slack};
 use crate::signals::Settings;
 use crate::text;
 
@@ -64,6 +64,29 @@ pub struct Scenario {
     /// Engines that retrieve feasible link parameters, all on the same problem; none when empty.
     #[serde(default)]
     pub engines: Vec<Box<dyn RetrievalEngine>>,
+    /// Ranges of all link parameters over everything that is nearly as good as the best; `()` for the usual
+    /// slack. Not computed when not given.
+    #[serde(default)]
+    pub intervals: Option<Slack>,
+    /// Which of many equally good sets of link parameters to take; the best engine's when not given.
+    #[serde(default)]
+    pub choice: Option<Choice>,
+}
+
+/// What decides between equally good sets of link parameters: neither data nor constraints do.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Choice {
+    /// Nearest to the inertias of a robot file, in the log-determinant sense.
+    Nearest {
+        /// URDF or Denavit-Hartenberg file; the scenario's own robot when not given.
+        #[serde(default)]
+        prior: Option<PathBuf>,
+    },
+    /// Mass spread as widely and evenly as possible.
+    Uniform,
+    /// Least mass and least second moment.
+    Smallest,
 }
 
 /// What is minimised when link parameters are retrieved.
@@ -103,7 +126,8 @@ pub enum Poses {
 pub enum Logs {
     /// CSV files.
     Files {
-        /// Logs to fit, looked for beside the scenario and then in the folder that `LACUNA_DATA` names.
+        /// Logs to fit, looked for beside the scenario and then in the folder that `LACUNA_DATA` names; may be
+        /// empty where static poses are identified and logs only validate.
         fit: Vec<PathBuf>,
         /// Logs that are never fitted, only predicted.
         #[serde(default)]
@@ -196,6 +220,9 @@ pub struct FrictionPath {
     /// Coefficients of the frozen rigid part; those of this scenario's static poses when not given.
     #[serde(default)]
     pub coefficients: Option<PathBuf>,
+    /// Published friction parameters to use as they are: nothing is fitted then.
+    #[serde(default)]
+    pub published: Option<PathBuf>,
     /// How the sigmoid is searched.
     #[serde(default)]
     pub search: Search,
@@ -219,8 +246,9 @@ impl Scenario {
             return Err(Error::new("the scenario has neither `poses` nor `logs`")
                 .help("give it something to identify from"));
         }
-        if let Some(Logs::Files { fit, .. }) = &self.logs
+        if let Some(Logs::Files { fit, validate, .. }) = &self.logs
             && fit.is_empty()
+            && (validate.is_empty() || self.poses.is_none())
         {
             return Err(Error::new("`logs` names no file to fit").help("list at least one CSV under `fit`"));
         }
@@ -283,5 +311,43 @@ impl Published {
             values[i] = *value;
         }
         Ok(values)
+    }
+}
+
+/// Sigmoid friction that somebody published, with its source: one value per joint, in the robot's order.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PublishedFriction {
+    /// Where the numbers stand.
+    pub source: String,
+    /// Amplitudes [N m].
+    pub phi1: Vec<f64>,
+    /// Steepness [s/rad].
+    pub phi2: Vec<f64>,
+    /// Velocity shifts [rad/s].
+    pub phi3: Vec<f64>,
+}
+
+impl PublishedFriction {
+    /// Reads a file of friction parameters.
+    ///
+    /// # Errors
+    /// With file, line and column.
+    pub fn open(path: &Path) -> Result<Self> {
+        text::from_ron(&text::read(path)?).map_err(|e| e.in_file(path))
+    }
+
+    /// Joint by joint.
+    ///
+    /// # Errors
+    /// When it is for another number of joints, or a number is not finite.
+    pub fn parameters(&self, joints: usize) -> Result<Vec<SigmoidParameters>> {
+        let lists = [&self.phi1, &self.phi2, &self.phi3];
+        if lists.iter().any(|list| list.len() != joints || list.iter().any(|x| !x.is_finite())) {
+            return Err(Error::new(format!("the robot has {joints} joints"))
+                .help("phi1, phi2 and phi3 need a finite number for each of them"));
+        }
+        let at = |j: usize| SigmoidParameters { phi1: self.phi1[j], phi2: self.phi2[j], phi3: self.phi3[j] };
+        Ok((0..joints).map(at).collect())
     }
 }

@@ -30,6 +30,8 @@ pub enum Kind {
     Model,
     /// Published coefficients.
     Coefficients,
+    /// Published sigmoid friction.
+    Friction,
     /// Script.
     Script,
 }
@@ -46,6 +48,7 @@ impl Kind {
             Self::ColumnMap => "a column map",
             Self::Model => "a finished model",
             Self::Coefficients => "published coefficients",
+            Self::Friction => "published sigmoid friction",
             Self::Script => "a script",
         }
     }
@@ -55,7 +58,7 @@ impl Kind {
 const HEAD: u64 = 1 << 16;
 
 /// Outermost fields by which RON files are told apart.
-const FIELDS: [(Kind, &[&str]); 5] = [
+const FIELDS: [(Kind, &[&str]); 6] = [
     (Kind::DenavitHartenberg, &["convention", "rows", "gravity", "frames", "angles", "name"]),
     (
         Kind::Scenario,
@@ -71,10 +74,17 @@ const FIELDS: [(Kind, &[&str]); 5] = [
             "weighting",
             "gravity",
             "drop_above_percent",
+            "presets",
+            "constraints",
+            "objective",
+            "engines",
+            "intervals",
+            "choice",
         ],
     ),
     (Kind::Model, &["lacuna", "robot", "origin", "signals", "effects", "parameters"]),
     (Kind::Coefficients, &["source", "coefficients"]),
+    (Kind::Friction, &["phi1", "phi2", "phi3"]),
     (
         Kind::ColumnMap,
         &[

@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::identify::BaseParameters;
 use crate::log::{ColumnMap, StaticPoses};
 use crate::robot::Robot;
-use crate::scenario::{Logs, Poses, Published, Scenario};
+use crate::scenario::{Logs, Poses, Published, PublishedFriction, Scenario};
 use crate::text;
 
 /// A scenario being looked at.
@@ -53,8 +53,10 @@ fn steps(scenario: &Scenario) -> Vec<String> {
     match &scenario.logs {
         Some(Logs::Files { fit: files, validate, .. }) => {
             let names: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
-            lines.push(format!("{fit} to {}", names.join(", ")));
-            lines.push(format!("hold rows out: {:?}", scenario.hold_out));
+            if !names.is_empty() {
+                lines.push(format!("{fit} to {}", names.join(", ")));
+                lines.push(format!("hold rows out: {:?}", scenario.hold_out));
+            }
             lines.extend(validate.iter().map(|f| format!("predict {}, never fitted", f.display())));
         }
         Some(Logs::Simulated(s)) => {
@@ -69,7 +71,10 @@ fn steps(scenario: &Scenario) -> Vec<String> {
     }
     if let Some(friction) = &scenario.friction {
         let from = friction.coefficients.as_ref().map_or("the poses".into(), |c| c.display().to_string());
-        lines.push(format!("freeze the rigid part of {from} and fit sigmoid friction to the rest"));
+        lines.push(match &friction.published {
+            None => format!("freeze the rigid part of {from} and fit sigmoid friction to the rest"),
+            Some(file) => format!("take the friction of {} as it is", file.display()),
+        });
     }
     lines.push("write report.json and model.ron; every random draw follows from its seed".into());
     lines
@@ -123,6 +128,13 @@ impl Look<'_> {
             None => {}
         }
         coefficients.extend(scenario.friction.iter().filter_map(|f| f.coefficients.as_ref()));
+        let published = scenario.friction.as_ref().and_then(|f| f.published.as_ref());
+        if let (Some(file), Some((robot, _))) = (published, robot) {
+            let path = self.folder.join(file);
+            let opened = PublishedFriction::open(&path);
+            let opened = opened.and_then(|f| f.parameters(robot.dof()).map_err(|e| e.in_file(&path)));
+            self.taken(opened);
+        }
         coefficients.dedup();
         for file in coefficients {
             self.coefficients(&self.folder.join(file), robot.map(|(r, _)| r));

@@ -1,5 +1,6 @@
 use std::path::{Path, PathBuf};
 
+use lacuna::report::Report;
 use lacuna::study::{self, Options};
 use lacuna::{Result, report, text};
 
@@ -17,13 +18,21 @@ pub(super) fn run(file: &Path, data: Vec<PathBuf>, global: &Global, console: &Co
     if let Some(model) = &outcome.model {
         model.write(&out.join("model.ron"))?;
     }
+    if let Some(identified) = &outcome.identified {
+        identified.write(&out.join("identified.ron"))?;
+    }
     if global.json {
         print_json(&outcome.report)?;
     } else {
         print(&report::render(&outcome.report))?;
         print(&next_steps(&out, outcome.model.is_some()))?;
     }
-    Ok(true)
+    Ok(feasible(&outcome.report))
+}
+
+/// Whether some engine found feasible parameters, where one was asked to.
+fn feasible(report: &Report) -> bool {
+    report.retrievals.as_ref().is_none_or(|all| all.iter().any(|r| r.feasible))
 }
 
 fn next_steps(out: &Path, has_model: bool) -> String {

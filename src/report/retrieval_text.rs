@@ -2,18 +2,54 @@
 
 use std::fmt::Write;
 
-use super::{Comparison, Retrieval};
+use super::{Chosen, Comparison, Interval, Report, Retrieval, wrap};
 
 /// Active constraints that are listed per engine.
 const LISTED: usize = 8;
+/// Joints per line.
+const ACROSS: usize = 7;
+/// Widest label that is not cut.
+const WIDEST: usize = 20;
 
-/// Engine by engine: objective, bound, feasibility; then masses side by side and torque errors.
-pub(super) fn retrieved(text: &mut String, all: &[Retrieval], comparison: Option<&Comparison>) {
+/// Engine by engine: objective, bound, feasibility; then link parameters side by side, what holds them back,
+/// what is open, torque errors and joint wrenches.
+pub(super) fn retrieved(text: &mut String, report: &Report) {
+    let Some(engines) = &report.retrievals else { return };
     text.push_str("\nfeasible link parameters\n");
+    if let Some(conflict) = &report.conflict {
+        contradiction(text, conflict);
+        return;
+    }
+    let chosen = report.chosen.as_ref().map(|c| &c.retrieval);
+    let all: Vec<&Retrieval> = report.given.iter().chain(engines).chain(chosen).collect();
+    let width = all.iter().map(|r| r.label.chars().count()).max().unwrap_or(0).clamp(6, WIDEST);
+    objectives(text, &all, width);
+    if let Some(chosen) = &report.chosen {
+        decided(text, chosen);
+    }
+    links(text, &all);
+    all.iter().for_each(|r| active(text, r));
+    if let Some(intervals) = &report.intervals {
+        open(text, intervals);
+    }
+    if let Some(comparison) = &report.comparison {
+        errors(text, comparison, width);
+        wrenches(text, comparison, width);
+    }
+}
+
+fn contradiction(text: &mut String, conflict: &[String]) {
+    text.push_str("  no parameters satisfy these constraints together:\n");
+    for label in conflict {
+        let _ = writeln!(text, "    {label}");
+    }
+    text.push_str("  dropping any one of them makes the others possible\n");
+}
+
+fn objectives(text: &mut String, all: &[&Retrieval], width: usize) {
     if let Some(first) = all.first() {
         let _ = writeln!(text, "  objective: {}", first.objective_unit);
     }
-    let width = all.iter().map(|r| r.label.chars().count()).max().unwrap_or(0).clamp(6, 20);
     let _ = writeln!(
         text,
         "  {:width$}  {:>12}  {:>12}  {:>9}  {:>9}",
@@ -27,7 +63,7 @@ pub(super) fn retrieved(text: &mut String, all: &[Retrieval], comparison: Option
         };
         let _ = writeln!(
             text,
-            "  {:width$}  {:>12.6e}  {:>12}  {:>9}  {:>9}",
+            "  {:width$.width$}  {:>12.6e}  {:>12}  {:>9}  {:>9}",
             r.label,
             r.objective,
             r.lower_bound.map_or("-".to_string(), |b| format!("{b:.6e}")),
@@ -36,34 +72,47 @@ pub(super) fn retrieved(text: &mut String, all: &[Retrieval], comparison: Option
         );
     }
     if all.iter().any(|r| r.bound_is.as_deref() == Some("relaxation")) {
-        text.push_str("  the bound is that of the convex relaxation; what it leaves out is audited\n");
-    }
-    masses(text, all, width);
-    for r in all {
-        active(text, r);
-    }
-    if let Some(comparison) = comparison {
-        errors(text, comparison, width);
+        text.push_str("  the bound is that of the convex relaxation: the optimum may lie above it\n");
     }
 }
 
-fn masses(text: &mut String, all: &[Retrieval], width: usize) {
-    let Some(first) = all.first() else { return };
-    let _ = write!(text, "\n  {:width$}", "mass [kg]");
-    let shown = first.links.len().min(7);
-    for link in &first.links[..shown] {
-        let name: String = link.name.chars().take(8).collect();
-        let _ = write!(text, " {name:>8}");
+fn decided(text: &mut String, chosen: &Chosen) {
+    let open = match chosen.decided.len() {
+        0 => String::new(),
+        count => format!(": {count} parameters that data and constraints leave open"),
+    };
+    let rule = format!(
+        "chosen: {}, among all with an objective up to {:.6e}. The choice decided, not the data{open}.",
+        chosen.rule, chosen.largest_objective
+    );
+    for line in wrap(&rule, 76) {
+        let _ = writeln!(text, "  {line}");
     }
-    text.push('\n');
-    for r in all {
-        let _ = write!(text, "  {:width$}", r.label);
-        for link in &r.links[..shown] {
-            let _ = write!(text, " {:>8.3}", link.mass);
+}
+
+/// Mass, centre of mass and inertia about it, link by link.
+fn links(text: &mut String, all: &[&Retrieval]) {
+    let Some(first) = all.first() else { return };
+    text.push_str("\n  mass [kg], centre of mass [mm], inertia about it [1e-3 kg m^2]\n");
+    for (i, link) in first.links.iter().enumerate() {
+        let _ = write!(text, "  {:8.8}", link.name);
+        for name in ["m", "cx", "cy", "cz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"] {
+            let _ = write!(text, "{name:>7}");
         }
         text.push('\n');
+        for r in all {
+            let _ = write!(text, "  {:8.8}{:>7.3}", r.label, r.links[i].mass);
+            for axis in 0..3 {
+                let com = r.links[i].com.map_or("-".to_string(), |com| format!("{:.1}", 1e3 * com[axis]));
+                let _ = write!(text, "{com:>7}");
+            }
+            for element in r.links[i].inertia {
+                let _ = write!(text, "{:>7.2}", 1e3 * element);
+            }
+            text.push('\n');
+        }
     }
-    text.push_str("  many sets are equally good: data and constraints decide only in part\n");
+    text.push('\n');
 }
 
 fn active(text: &mut String, r: &Retrieval) {
@@ -77,13 +126,49 @@ fn active(text: &mut String, r: &Retrieval) {
     }
 }
 
+/// Masses and centres of mass; inertias stand in the JSON.
+fn open(text: &mut String, intervals: &[Interval]) {
+    text.push_str("\n  what data and constraints allow (inertias: in report.json)\n");
+    let end = |value: Option<f64>| value.map_or("open".to_string(), |v| format!("{:.3}", v + 0.0));
+    let shown: Vec<String> = intervals
+        .iter()
+        .filter(|i| !i.parameter.starts_with('J'))
+        .map(|i| format!("{} [{}, {}] {}", i.parameter, end(i.low), end(i.high), i.unit))
+        .collect();
+    for row in shown.chunks(4) {
+        text.push_str("  ");
+        // The mass of a link, then its centre: one line per link.
+        row.iter().for_each(|cell| {
+            let _ = write!(text, "  {cell}");
+        });
+        text.push('\n');
+    }
+}
+
 fn errors(text: &mut String, comparison: &Comparison, width: usize) {
-    let _ = writeln!(text, "\n  mean squared torque error [(N m)^2] on {}", comparison.data);
+    let how = if comparison.fitted { "fitted" } else { "never fitted" };
+    let _ = writeln!(text, "\n  mean squared torque error [(N m)^2] on {} ({how})", comparison.data);
     for (label, joints) in &comparison.validation_mse {
-        let _ = write!(text, "  {label:width$}");
-        for value in joints.values().take(7) {
-            let _ = write!(text, " {value:>8.4}");
+        let _ = write!(text, "  {label:width$.width$}");
+        for value in joints.values().take(ACROSS) {
+            let _ = write!(text, " {value:>7.4}");
+        }
+        if let Some(Some(percent)) = comparison.relative_error_percent.get(label) {
+            let _ = write!(text, "  {percent:.3} %");
         }
         text.push('\n');
+    }
+}
+
+fn wrenches(text: &mut String, comparison: &Comparison, width: usize) {
+    for (which, name) in ["force [N]", "moment [N m]"].into_iter().enumerate() {
+        let _ = writeln!(text, "\n  mean {name} that each joint carries");
+        for (label, joints) in &comparison.wrenches {
+            let _ = write!(text, "  {label:width$.width$}");
+            for value in joints.values().take(ACROSS) {
+                let _ = write!(text, " {:>7.2}", value[which]);
+            }
+            text.push('\n');
+        }
     }
 }

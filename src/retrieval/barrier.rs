@@ -14,6 +14,10 @@ const GAP: f64 = 1e-6;
 const GROWTH: f64 = 20.0;
 /// Newton steps in all.
 const STEPS: usize = 2000;
+/// Square of Newton's length below which full steps converge (Nesterov and Nemirovskii 1994).
+const NEAR: f64 = 0.05;
+/// Full steps at most, each of which squares the error.
+const FULL_STEPS: usize = 5;
 /// Unknowns beyond this run away.
 const FARTHEST: f64 = 1e9;
 
@@ -32,7 +36,18 @@ pub(super) struct Barrier<'a> {
 pub(super) struct Minimum {
     pub z: Vec<f64>,
     pub steps: usize,
-    pub converged: bool,
+    pub ending: PathEnd,
+}
+
+/// How the path ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum PathEnd {
+    /// At the minimum, to the gap.
+    Settled,
+    /// Rounding or the number of steps ended it before.
+    Stuck,
+    /// There is no minimum.
+    RunAway,
 }
 
 /// Value, gradient and Hessian of one sum.
@@ -235,29 +250,50 @@ fn determinant(
 
 /// Follows the path from a point strictly inside; `None` when the start is not.
 pub(super) fn minimise(barrier: &Barrier<'_>, start: Vec<f64>) -> Option<Minimum> {
-    let (mut z, mut steps, mut weight) = (start, 0, 1.0);
-    barrier.at(weight, &z, false)?;
+    let mut found = Minimum { z: start, steps: 0, ending: PathEnd::Stuck };
+    let mut weight = 1.0;
+    barrier.at(weight, &found.z, false)?;
     loop {
-        let mut left = f64::INFINITY;
-        while let Some(model) = barrier.at(weight, &z, true) {
-            let Some((step, length)) = barrier.step(&model) else { break };
-            left = length;
-            if length.is_nan() || length < 1e-8 {
-                break;
-            }
-            let Some(next) = search(barrier, weight, &z, &model, (&step, length)) else { break };
-            z = next;
-            steps += 1;
-            if steps >= STEPS || z.iter().any(|v| v.abs() > FARTHEST) {
-                return Some(Minimum { z, steps, converged: false });
-            }
+        let left = centre(barrier, weight, &mut found);
+        if found.z.iter().any(|v| v.abs() > FARTHEST) {
+            found.ending = PathEnd::RunAway;
+            return Some(found);
         }
-        if barrier.degree() / weight < GAP {
+        if barrier.degree() / weight < GAP || found.steps >= STEPS {
             // Half the square of Newton's length is about what is left to gain, in units of 1 / weight.
-            return Some(Minimum { z, steps, converged: left < 1.0 });
+            let settled = left / weight < GAP && found.steps < STEPS;
+            found.ending = if settled { PathEnd::Settled } else { PathEnd::Stuck };
+            return Some(found);
         }
         weight *= GROWTH;
     }
+}
+
+/// Newton's method for one weight; the square of Newton's last length.
+fn centre(barrier: &Barrier<'_>, weight: f64, found: &mut Minimum) -> f64 {
+    let (mut left, mut near) = (f64::INFINITY, 0);
+    while let Some(model) = barrier.at(weight, &found.z, true) {
+        let Some((step, length)) = barrier.step(&model) else { break };
+        left = length;
+        if length.is_nan() || length < 1e-10 || near >= FULL_STEPS || found.steps >= STEPS {
+            break;
+        }
+        let next = if length < NEAR {
+            near += 1;
+            // Full steps stay inside here and square the error; the value is too coarse a judge.
+            let full: Vec<f64> = found.z.iter().zip(&step).map(|(z, s)| z + s).collect();
+            barrier.at(weight, &full, false).map(|_| full)
+        } else {
+            search(barrier, weight, &found.z, &model, (&step, length))
+        };
+        let Some(next) = next else { break };
+        found.z = next;
+        found.steps += 1;
+        if found.z.iter().any(|v| v.abs() > FARTHEST) {
+            break;
+        }
+    }
+    left
 }
 
 /// The first of the steps 1, 1/2, 1/4 ... that stays inside and gains enough.

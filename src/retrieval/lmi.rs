@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::certificate::{lower_bound, taken};
 use super::cone::{Effort, Ending, Outcome, Program};
+use super::conflict::conflict;
 use super::{FEASIBLE, Multiplier, Problem, Quadratic, RetrievalEngine, Retrieved, Step, Watch};
 use crate::error::{Error, Result};
 use crate::form::{Affine, Body, Form};
@@ -70,7 +71,11 @@ impl LmiEngine {
             (outcome, places) = self.attempt(problem, &forms, margin, watch)?;
         }
         if outcome.ending == Ending::Infeasible {
-            return Err(contradiction(problem.space.len(), &forms)?);
+            return Err(match conflict(problem.space.len(), &problem.forms)? {
+                Some(conflict) => conflict.into_error(),
+                None => Error::new(format!("engine `lmi`: the solver ended with {}", outcome.status))
+                    .help("the constraints leave hardly any room: widen the narrowest of them"),
+            });
         }
         let mut z = outcome.x[..problem.space.len()].to_vec();
         if z.iter().any(|v| !v.is_finite()) {
@@ -188,7 +193,8 @@ pub(super) fn misfit_scale(objective: &Quadratic) -> f64 {
 /// Where the solver's dual of a form stands.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
-    block: usize,
+    /// Number of the block.
+    pub block: usize,
     /// An equality's dual is free: this sign of it belongs to the form. `None`: the whole dual does.
     sign: Option<f64>,
 }
@@ -295,27 +301,4 @@ pub(super) fn repair(z: &mut [f64], forms: &[&Form]) -> Result<()> {
     }
     z.copy_from_slice(&start);
     Ok(())
-}
-
-/// Names a smallest conflicting set: dropping any of its members makes the rest possible.
-fn contradiction(unknowns: usize, forms: &[&Form]) -> Result<Error> {
-    let impossible = |forms: &[&Form]| -> Result<bool> {
-        let mut program = Program::new(unknowns);
-        constrain(&mut program, forms, &Affine::constant(0.0));
-        Ok(program.solve(Effort::default(), None)?.ending == Ending::Infeasible)
-    };
-    let mut core: Vec<&Form> = forms.to_vec();
-    let mut next = 0;
-    while next < core.len() {
-        let mut fewer = core.clone();
-        fewer.remove(next);
-        if impossible(&fewer)? {
-            core = fewer;
-        } else {
-            next += 1;
-        }
-    }
-    let names: Vec<String> = core.iter().map(|f| format!("`{}`", f.label)).collect();
-    Ok(Error::new(format!("no parameters satisfy these constraints together: {}", names.join(", ")))
-        .help("loosen or remove one of them; dropping any one makes the others possible"))
 }

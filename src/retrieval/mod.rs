@@ -7,6 +7,7 @@ pub mod certificate;
 mod chart;
 pub mod checkpoint;
 mod cone;
+mod conflict;
 mod intervals;
 mod lmi;
 pub mod nlopt;
@@ -17,6 +18,7 @@ mod prior;
 
 pub use audit::{Audit, ConstraintAudit, FEASIBLE, audit};
 pub use chart::{Chart, Identity, Side};
+pub use conflict::{Conflict, conflict};
 pub use intervals::{Interval, Quantity, Slack, intervals};
 pub use lmi::{LmiEngine, LmiSolution};
 pub use objective::Quadratic;

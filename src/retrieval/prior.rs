@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use super::Problem;
-use super::barrier::{Barrier, minimise};
+use super::barrier::{Barrier, PathEnd, minimise};
 use super::certificate::taken;
 use super::cone::{Effort, Ending, Program};
 use super::intervals::allowance;
@@ -138,10 +138,14 @@ fn balanced(
     let start = start.ok_or_else(|| no_room(level))?;
     let barrier = Barrier::new(problem, &forms, allowance, bodies, inverses);
     let found = minimise(&barrier, start).ok_or_else(|| no_room(level))?;
-    if found.converged {
-        Ok(Chosen { score: barrier.score(&found.z), z: found.z, steps: found.steps })
-    } else {
-        Err(unbounded())
+    match found.ending {
+        PathEnd::Settled => Ok(Chosen { score: barrier.score(&found.z), z: found.z, steps: found.steps }),
+        PathEnd::RunAway => Err(unbounded()),
+        PathEnd::Stuck => Err(Error::new(format!(
+            "the choice between equally good parameters did not settle in {} steps",
+            found.steps
+        ))
+        .help("allow a larger slack: the set to choose from is very thin")),
     }
 }
 

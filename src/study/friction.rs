@@ -4,25 +4,32 @@ use rayon::prelude::*;
 
 use crate::effects::RigidBody;
 use crate::error::Result;
-use crate::identify::fit_sigmoid;
+use crate::identify::{SigmoidFit, fit_sigmoid};
 use crate::model::Model;
 use crate::predict::predict;
 use crate::report::{FrictionResult, NamedValue};
 use crate::robot::JointKind;
-use crate::scenario::Published;
+use crate::scenario::{Published, PublishedFriction};
+use crate::signals::Run;
 
 use super::Study;
-use super::moving::FromLogs;
 use super::statics::FromPoses;
 
 impl Study<'_> {
     pub(super) fn friction_path(
         &mut self,
-        moving: &FromLogs,
+        runs: &[Run],
         poses: Option<&FromPoses>,
     ) -> Result<Vec<FrictionResult>> {
         let Some(path) = &self.scenario.friction else { return Ok(Vec::new()) };
         let (file, search) = (path.coefficients.clone(), path.search);
+        let published = match &path.published {
+            Some(file) => {
+                let published = PublishedFriction::open(&self.folder.join(file))?;
+                Some(published.parameters(self.robot.dof()).map_err(|e| e.in_file(file))?)
+            }
+            None => None,
+        };
         let rigid = Model::new(&self.robot, vec![Box::new(RigidBody::default())])?;
         let base = crate::identify::BaseParameters::new(&self.robot);
         let x = match (&file, poses) {
@@ -32,20 +39,23 @@ impl Study<'_> {
             (None, Some(poses)) => poses.coefficients.clone(),
             (None, None) => return Ok(Vec::new()),
         };
-        self.say("fitting sigmoid friction joint by joint");
-        let prediction = predict(&rigid, &moving.runs, &x)?;
+        self.say("sigmoid friction joint by joint");
+        let prediction = predict(&rigid, runs, &x)?;
         let joints: Vec<usize> =
             (0..self.robot.dof()).filter(|&j| self.robot.joints[j].kind == JointKind::Revolute).collect();
         Ok(joints
             .into_par_iter()
             .map(|j| {
                 let (mut velocity, mut rest) = (Vec::new(), Vec::new());
-                for (run, predicted) in moving.runs.iter().zip(&prediction) {
+                for (run, predicted) in runs.iter().zip(&prediction) {
                     velocity.extend_from_slice(&run.to_rows(&run.dq[j]));
                     let measured = run.to_rows(&run.tau[j]);
                     rest.extend(measured.iter().zip(&predicted[j]).map(|(m, p)| m - p));
                 }
-                let fit = fit_sigmoid(&velocity, &rest, search);
+                let fit = match &published {
+                    Some(all) => SigmoidFit::of(all[j], &velocity, &rest),
+                    None => fit_sigmoid(&velocity, &rest, search),
+                };
                 let named = |name: &str, value: f64, unit: &str| NamedValue {
                     name: name.to_string(),
                     value,

@@ -12,6 +12,8 @@ const UNKNOWNS: usize = 4;
 const BOUND: f64 = 10.0;
 
 pub struct Known {
+    /// Where the optimum is.
+    pub z: Vec<f64>,
     pub problem: Problem,
     pub optimum: f64,
 }
@@ -71,7 +73,7 @@ pub fn known(seed: u64, residuals: usize) -> Known {
     let objective = Quadratic { r, d, floor: 0.25, unit: String::new() };
     let space = space();
     let chart = Box::new(Identity { space: space.clone() });
-    Known { problem: Problem { space, objective, forms, chart, seed }, optimum: w.norm_squared() + 0.25 }
+    Known { problem: Problem { space, objective, forms, chart, seed }, optimum: w.norm_squared() + 0.25, z }
 }
 
 pub fn space() -> Space {
