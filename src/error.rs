@@ -76,6 +76,20 @@ impl Error {
         self
     }
 
+    /// The same error, its message led in by what it is about.
+    #[must_use]
+    pub fn about(mut self, subject: &str) -> Self {
+        self.what = format!("{subject}: {}", self.what);
+        self
+    }
+
+    /// The same error, with what the user can do unless that is said already.
+    #[must_use]
+    pub fn or_help(mut self, help: impl Into<String>) -> Self {
+        self.help.get_or_insert_with(|| help.into());
+        self
+    }
+
     /// The message without place and help.
     pub fn message(&self) -> &str {
         &self.what

@@ -63,8 +63,12 @@ impl Model {
                     },
                 };
                 if let Some(twin) = columns.iter().find(|c| c.about.symbol == about.symbol) {
-                    return Err(Error::new(format!("the model has `{}` twice", twin.about.symbol))
-                        .help("list every effect once per joint"));
+                    return Err(Error::new(format!(
+                        "`{}` would have the parameter `{}` twice",
+                        effect.about().name,
+                        twin.about.symbol
+                    ))
+                    .help("list every effect once, and every joint once in it"));
                 }
                 slot[term] = Some(columns.len());
                 columns.push(Column { effect: number, term, about, expression });

@@ -8,10 +8,10 @@ use serde::{Deserialize, Serialize};
 use crate::effects::Effect;
 use crate::error::{Error, Result};
 use crate::identify::parameter_name;
-use crate::model::Model;
+use crate::model::{Column, Model};
 use crate::robot::{PARAMETER_UNITS, Robot};
 use crate::signals::Settings;
-use crate::text;
+use crate::text::{self, names::list};
 
 /// A finished model.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -52,7 +52,7 @@ pub struct ParameterValue {
 impl ModelFile {
     /// From a fitted model.
     pub fn new(model: &Model, x: &[f64], errors: &[f64], signals: Settings, origin: String) -> Self {
-        let value = |(i, column): (usize, &crate::model::Column)| ParameterValue {
+        let value = |(i, column): (usize, &Column)| ParameterValue {
             symbol: column.about.symbol.clone(),
             value: x[i],
             unit: column.about.unit.to_string(),
@@ -100,7 +100,38 @@ impl ModelFile {
     /// # Errors
     /// With file, line and column.
     pub fn open(path: &Path) -> Result<Self> {
-        text::from_ron(&text::read(path)?).map_err(|e| e.in_file(path))
+        Self::parse(&text::read(path)?).map_err(|e| e.in_file(path))
+    }
+
+    /// Reads the text of a model file.
+    ///
+    /// # Errors
+    /// With line and column.
+    pub fn parse(text: &str) -> Result<Self> {
+        let shape = "`lacuna scenario` writes models, as model.ron in its --out folder";
+        let file: Self = text::from_ron(text).map_err(|e| e.or_help(shape))?;
+        file.check().map_err(|e| text::located(e, text))?;
+        Ok(file)
+    }
+
+    fn check(&self) -> Result<()> {
+        self.signals.check()?;
+        if self.effects.is_empty() {
+            return Err(Error::new("`effects` names none").help("a model has at least one effect"));
+        }
+        let mut seen = std::collections::BTreeSet::new();
+        for p in &self.parameters {
+            if !seen.insert(&p.symbol) {
+                return Err(
+                    Error::new(format!("the parameter `{}` stands twice", p.symbol)).help("keep one of them")
+                );
+            }
+            if !p.value.is_finite() {
+                return Err(Error::new(format!("the parameter `{}` is {}", p.symbol, p.value))
+                    .help("give a finite number"));
+            }
+        }
+        Ok(())
     }
 
     /// Writes it, whole or not at all.
@@ -114,17 +145,19 @@ impl ModelFile {
     /// The model on `robot`, with one value per column.
     ///
     /// # Errors
-    /// When a parameter is unknown on this robot, stands twice or is not a number.
+    /// When it is a model of another robot, an effect does not fit, or a parameter is unknown or lacking.
     pub fn on(&self, robot: &Robot) -> Result<(Model, Vec<f64>)> {
+        if self.robot != robot.name {
+            let what = format!("this is a model of the `robot` `{}`, not of `{}`", self.robot, robot.name);
+            return Err(Error::new(what).help(
+                "give the model its own robot; where that was only renamed, write the new name into the model",
+            ));
+        }
         let model = Model::new(robot, self.effects.clone())?;
         let mut links = vec![0.0; 10 * robot.dof()];
         let names: Vec<String> = (0..links.len()).map(parameter_name).collect();
         let mut x = vec![0.0; model.columns.len()];
-        let mut seen = std::collections::BTreeSet::new();
         for p in &self.parameters {
-            if !p.value.is_finite() || !seen.insert(&p.symbol) {
-                return Err(Error::new(format!("parameter `{}` stands twice or is not a number", p.symbol)));
-            }
             let rigid = names.iter().position(|n| *n == p.symbol);
             let own = model.columns.iter().position(|c| c.about.symbol == p.symbol);
             match (rigid, own) {
@@ -132,13 +165,22 @@ impl ModelFile {
                 (_, Some(i)) => x[i] = p.value,
                 _ => {
                     let known: Vec<&str> = model.columns.iter().map(|c| c.about.symbol.as_str()).collect();
-                    return Err(Error::new(format!("no parameter `{}` in this model", p.symbol))
-                        .help(format!("known are {}", known.join(", "))));
+                    return Err(Error::new(format!(
+                        "no effect of this model has a parameter `{}`",
+                        p.symbol
+                    ))
+                    .help(format!("known are {}", list(known))));
                 }
             }
         }
+        let given = |c: &&Column| self.parameters.iter().any(|p| p.symbol == c.about.symbol);
+        let rigid = |c: &Column| model.effects[c.effect].about().name == "rigid_body";
+        if let Some(lost) = model.columns.iter().find(|c| !rigid(c) && !given(c)) {
+            return Err(Error::new(format!("`parameters` holds no value of `{}`", lost.about.symbol))
+                .help("give every parameter of every effect; only link parameters may be left out"));
+        }
         if let Some(base) = &model.base {
-            let first = model.columns.iter().position(|c| base.pivots.contains(&c.term)).unwrap_or(0);
+            let first = model.columns.iter().position(rigid).unwrap_or(0);
             for (i, value) in base.coefficients(&links).into_iter().enumerate() {
                 x[first + i] = value;
             }

@@ -16,6 +16,15 @@ use crate::retrieval::{RetrievalEngine, Slack};
 use crate::signals::Settings;
 use crate::text;
 
+/// Most static read-outs that a scenario may ask for.
+const MOST_POSES: usize = 100_000;
+/// Most samples of a simulated run.
+const MOST_SAMPLES: f64 = 2e6;
+/// Most harmonics of a random motion.
+const MOST_HARMONICS: usize = 1000;
+/// Gravity beyond this is a slip of the pen [m/s²].
+const LARGEST_GRAVITY: f64 = 1e6;
+
 /// A study. Parts that are not given are not done.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -169,6 +178,27 @@ fn half() -> f64 {
     0.5
 }
 
+impl Simulated {
+    /// Refuses what memory could not hold.
+    fn check(&self) -> Result<()> {
+        let total = self.duration_s + 2.0 * self.ramp_s;
+        let reader = self.sensors.reader.as_ref().map_or(f64::INFINITY, |r| r.period_s);
+        let samples = total / self.sensors.sampling_time_s.min(reader);
+        if samples.is_nan() || samples > MOST_SAMPLES {
+            return Err(Error::new(format!("`duration_s` asks for {samples:.3e} samples")).help(format!(
+                "at most {MOST_SAMPLES:.0} are simulated: shorten the motion or sample less often"
+            )));
+        }
+        if let Commanded::Random { harmonics, .. } = self.motion
+            && harmonics > MOST_HARMONICS
+        {
+            return Err(Error::new(format!("`harmonics` is {harmonics}"))
+                .help(format!("5 are usual, {MOST_HARMONICS} the most")));
+        }
+        Ok(())
+    }
+}
+
 /// Motions that can be commanded.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -234,9 +264,17 @@ impl Scenario {
     /// # Errors
     /// With file, line and column, and what is known there.
     pub fn open(path: &Path) -> Result<Self> {
-        let text = text::read(path)?;
-        let scenario: Self = text::from_ron(&text).map_err(|e| e.in_file(path))?;
-        scenario.check().map_err(|e| e.in_file(path))?;
+        Self::parse(&text::read(path)?).map_err(|e| e.in_file(path))
+    }
+
+    /// Reads the text of a scenario.
+    ///
+    /// # Errors
+    /// As [`Scenario::open`], without the file.
+    pub fn parse(text: &str) -> Result<Self> {
+        let shape = "scenarios/panda.ron shows how a scenario is written";
+        let scenario: Self = text::from_ron(text).map_err(|e| e.or_help(shape))?;
+        scenario.check().map_err(|e| text::located(e, text))?;
         Ok(scenario)
     }
 
@@ -246,15 +284,26 @@ impl Scenario {
             return Err(Error::new("the scenario has neither `poses` nor `logs`")
                 .help("give it something to identify from"));
         }
-        if let Some(Logs::Files { fit, validate, .. }) = &self.logs
-            && fit.is_empty()
-            && (validate.is_empty() || self.poses.is_none())
-        {
-            return Err(Error::new("`logs` names no file to fit").help("list at least one CSV under `fit`"));
+        if self.effects.is_empty() {
+            return Err(Error::new("`effects` names none, so there is nothing to identify")
+                .help("leave `effects` out, or list at least {\"rigid_body\": ()}"));
+        }
+        self.check_numbers()?;
+        match &self.logs {
+            Some(Logs::Files { fit, validate, .. })
+                if fit.is_empty() && (validate.is_empty() || self.poses.is_none()) =>
+            {
+                return Err(
+                    Error::new("`logs` names no file to fit").help("list at least one CSV under `fit`")
+                );
+            }
+            Some(Logs::Simulated(simulated)) => simulated.check()?,
+            _ => {}
         }
         if let Some(friction) = &self.friction {
             if self.logs.is_none() {
-                return Err(Error::new("`friction` needs `logs` to be fitted to"));
+                return Err(Error::new("`friction` needs `logs` to be fitted to")
+                    .help("give `logs`, or leave `friction` out"));
             }
             if friction.coefficients.is_none() && self.poses.is_none() {
                 return Err(Error::new("`friction` needs a rigid part to freeze")
@@ -264,6 +313,31 @@ impl Scenario {
         self.check_hold_out()
     }
 
+    fn check_numbers(&self) -> Result<()> {
+        if self.gravity.is_some_and(|g| !g.iter().all(|x| x.abs() <= LARGEST_GRAVITY)) {
+            return Err(Error::new("`gravity` is not usable")
+                .help("give three numbers in m/s², base frame, such as (0.0, 0.0, -9.81)"));
+        }
+        if self.drop_above_percent.is_some_and(|limit| limit.is_nan() || limit <= 0.0) {
+            return Err(Error::new("`drop_above_percent` is not positive")
+                .help("30.0 is usual; leave it out to keep every coefficient"));
+        }
+        if self.intervals.is_some_and(|slack| !slack.is_usable()) {
+            return Err(Error::new("`intervals` needs a slack that is finite and not negative")
+                .help("`intervals: ()` takes a thousandth of the objective"));
+        }
+        let Some(Poses::ReadOut { count, noise_percent, .. }) = &self.poses else { return Ok(()) };
+        if !(1..=MOST_POSES).contains(count) {
+            return Err(Error::new(format!("`count` is {count}"))
+                .help(format!("ask for 1 to {MOST_POSES} configurations; 1000 are plenty")));
+        }
+        if !(0.0..=100.0).contains(noise_percent) {
+            return Err(Error::new(format!("`noise_percent` is {noise_percent}"))
+                .help("give 0 to 100 per cent; 0.0315 is the paper's"));
+        }
+        Ok(())
+    }
+
     fn check_hold_out(&self) -> Result<()> {
         let (seconds, folds) = match self.hold_out {
             HoldOut::Auto => return Ok(()),
@@ -271,11 +345,15 @@ impl Scenario {
             HoldOut::Contiguous { block_s, folds } => (block_s, folds),
         };
         if !(seconds > 0.0 && seconds.is_finite() && (2..=1000).contains(&folds)) {
-            return Err(Error::new("`hold_out` needs a positive time and 2 to 1000 folds"));
+            return Err(Error::new("`hold_out` needs a positive time and 2 to 1000 folds")
+                .help("write for example SamePhase(period_s: 10.0, folds: 8), or leave it out"));
         }
         Ok(())
     }
 }
+
+/// Coefficients beyond this are refused: they are not meant, and their squares overflow.
+const LARGEST_COEFFICIENT: f64 = 1e12;
 
 /// Coefficients that somebody published, with their source.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -293,7 +371,31 @@ impl Published {
     /// # Errors
     /// With file, line and column.
     pub fn open(path: &Path) -> Result<Self> {
-        text::from_ron(&text::read(path)?).map_err(|e| e.in_file(path))
+        Self::parse(&text::read(path)?).map_err(|e| e.in_file(path))
+    }
+
+    /// Reads the text of a file of coefficients.
+    ///
+    /// # Errors
+    /// With line and column.
+    pub fn parse(text: &str) -> Result<Self> {
+        let shape = "scenarios/panda_table3.ron shows how coefficients are written";
+        let published: Self = text::from_ron(text).map_err(|e| e.or_help(shape))?;
+        published.check().map_err(|e| text::located(e, text))?;
+        Ok(published)
+    }
+
+    fn check(&self) -> Result<()> {
+        let mut seen = std::collections::BTreeSet::new();
+        for (symbol, value) in &self.coefficients {
+            if !seen.insert(symbol) {
+                return Err(Error::new(format!("`{symbol}` stands twice")).help("keep one of them"));
+            }
+            if value.is_nan() || value.abs() > LARGEST_COEFFICIENT {
+                return Err(Error::new(format!("`{symbol}` is {value}")).help("give a number in SI units"));
+            }
+        }
+        Ok(())
     }
 
     /// Values in the order of `base`; coefficients that were not published are 0.

@@ -62,7 +62,8 @@ fn near(a: f64, b: f64) {
 fn every_constraint_of_the_catalogue_keeps_its_promises() {
     let samples = cases::all();
     let mut names: Vec<&str> = CATALOGUE.iter().map(|about| about().name).collect();
-    for name in &names {
+    // Scripts have their own tests: their promises depend on what the script says.
+    for name in names.iter().filter(|name| **name != "script") {
         assert!(samples.iter().any(|c| c.ron.contains(&format!("\"{name}\""))), "no sample of {name}");
     }
     for case in samples {

@@ -6,7 +6,7 @@ use lacuna::model_file::ModelFile;
 use lacuna::predict::{predict, prediction_errors};
 use lacuna::report::{JointError, finite, joint_errors};
 use lacuna::signals::prepare;
-use lacuna::{Error, Result};
+use lacuna::{Error, Result, text};
 use serde::Serialize;
 
 use super::{Global, open_robot, print, print_json};
@@ -44,16 +44,17 @@ pub(super) fn run(
     let runs = [run];
     let names: Vec<String> = robot.joints.iter().map(|j| j.name.clone()).collect();
     let mut compared = BTreeMap::new();
-    for (path, file) in models.iter().zip(&files) {
-        let (model, x) = file.on(&robot).map_err(|e| e.in_file(path))?;
+    let labels = labels(models);
+    for ((path, file), label) in models.iter().zip(&files).zip(labels) {
+        let (model, x) = file.on(&robot).map_err(|e| text::placed(e, path))?;
         let errors = prediction_errors(&runs, &predict(&model, &runs, &x)?);
         let entry = Compared {
             effects: model.effects.iter().map(|e| e.about().name).collect(),
             relative_error_percent: finite(errors.pooled_percent),
             joints: joint_errors(&names, &errors, None),
         };
-        if compared.insert(path.display().to_string(), entry).is_some() {
-            return Err(Error::new("the same model is given twice").in_file(path));
+        if compared.insert(label, entry).is_some() {
+            return Err(Error::new("the same model is given twice").in_file(path).help("name it once"));
         }
     }
     let comparison = Comparison {
@@ -69,6 +70,23 @@ pub(super) fn run(
         print(&table(&comparison, &names))?
     }
     Ok(true)
+}
+
+/// What models are called in results: their paths as given, but for absolute ones only as many of the last
+/// parts as tell them apart, since results name no place of this machine.
+fn labels(models: &[PathBuf]) -> Vec<String> {
+    let tail = |path: &Path, parts: usize| -> PathBuf {
+        let all: Vec<_> = path.iter().collect();
+        all[all.len().saturating_sub(parts)..].iter().collect()
+    };
+    let label = |path: &PathBuf| {
+        let deepest = path.iter().count() - usize::from(path.has_root());
+        let alone =
+            |parts: &usize| models.iter().filter(|m| tail(m, *parts) == tail(path, *parts)).count() == 1;
+        let parts = (1..deepest).find(alone).unwrap_or(deepest);
+        if path.is_absolute() { tail(path, parts) } else { path.clone() }.display().to_string()
+    };
+    models.iter().map(label).collect()
 }
 
 fn table(comparison: &Comparison, names: &[String]) -> String {

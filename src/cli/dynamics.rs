@@ -45,6 +45,13 @@ enum Form {
 
 impl Dynamics {
     pub(super) fn run(self, global: &Global) -> Result<bool> {
+        if self.wrenches && self.form == Form::Lagrangian {
+            return Err(Error::new("--wrenches: the Lagrangian form knows no joint wrenches")
+                .help("leave out --form lagrangian"));
+        }
+        if global.json {
+            return Err(Error::new("--json: `dynamics` prints CSV").help("leave out --json"));
+        }
         let mut robot = open_robot(&self.robot, self.gravity.as_deref())?;
         if let Some(path) = &self.model {
             let file = ModelFile::open(path)?;
@@ -70,19 +77,13 @@ impl Dynamics {
                 .at(dropped.first_line, dropped.first_column)
                 .help("every state needs numbers in all q, dq and ddq columns"));
         }
-        if self.wrenches && self.form == Form::Lagrangian {
-            return Err(Error::new("--wrenches: the Lagrangian form knows no joint wrenches")
-                .help("leave out --form lagrangian"));
-        }
-        if global.json {
-            return Err(Error::new("--json: `dynamics` prints CSV").help("leave out --json"));
-        }
-        print(&table(&robot, &states, self.wrenches, self.form))?;
+        let table = table(&robot, &states, self.wrenches, self.form).map_err(|e| e.in_file(&self.states))?;
+        print(&table)?;
         Ok(true)
     }
 }
 
-fn table(robot: &Robot, states: &Log, wrenches: bool, form: Form) -> String {
+fn table(robot: &Robot, states: &Log, wrenches: bool, form: Form) -> Result<String> {
     let n = robot.dof();
     let label = |j: usize| {
         if states.named_joints { format!("_{}", robot.joints[j].name) } else { (j + 1).to_string() }
@@ -95,7 +96,7 @@ fn table(robot: &Robot, states: &Log, wrenches: bool, form: Form) -> String {
     }
     let mut text = header.join(",") + "\n";
     let (chain, parameters) = (Chain::new(robot), robot.inertial_parameters_or_zero());
-    let (Some(dq), Some(ddq)) = (&states.dq, &states.ddq) else { return text };
+    let (Some(dq), Some(ddq)) = (&states.dq, &states.ddq) else { return Ok(text) };
     let mut ws = Workspace::new(&chain, 0.0);
     let mut tau = vec![0.0; n];
     for k in 0..states.q[0].len() {
@@ -113,11 +114,15 @@ fn table(robot: &Robot, states: &Log, wrenches: bool, form: Form) -> String {
                 numbers.extend(force.into_iter().chain(moment));
             }
         }
+        if numbers.iter().any(|x| !x.is_finite()) {
+            return Err(Error::new(format!("the torque of state {} is too large for a number", k + 1))
+                .help("check units and exponents of this row: rad, rad/s and rad/s²"));
+        }
         for (i, x) in numbers.iter().enumerate() {
             // Seventeen significant digits bring every number back exactly.
             let _ = write!(text, "{}{x:.16e}", if i > 0 { "," } else { "" });
         }
         text.push('\n');
     }
-    text
+    Ok(text)
 }

@@ -117,10 +117,9 @@ pub(crate) fn run() -> ExitCode {
 
 fn prepare(global: &Global) -> Result<()> {
     if let Some(jobs) = global.jobs {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(usize::from(jobs))
-            .build_global()
-            .map_err(|e| Error::new(format!("cannot start {jobs} threads: {e}")))?;
+        rayon::ThreadPoolBuilder::new().num_threads(usize::from(jobs)).build_global().map_err(|e| {
+            Error::new(format!("cannot start {jobs} threads: {e}")).help("give --jobs fewer, or leave it out")
+        })?;
     }
     Ok(())
 }
@@ -131,10 +130,10 @@ fn open_robot(path: &std::path::Path, gravity: Option<&str>) -> Result<lacuna::r
     let Some(text) = gravity else { return Ok(robot) };
     let numbers: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
     match numbers.as_slice() {
-        [x, y, z] if text.split(',').count() == 3 && numbers.iter().all(|g: &f64| g.is_finite()) => {
+        [x, y, z] if text.split(',').count() == 3 && numbers.iter().all(|g: &f64| g.abs() <= 1e6) => {
             Ok(robot.with_gravity(nalgebra::Vector3::new(*x, *y, *z)))
         }
-        _ => Err(Error::new(format!("--gravity {text}: not three numbers"))
+        _ => Err(Error::new(format!("--gravity \"{text}\" is not three usable numbers"))
             .help("write for example --gravity 0,0,-9.81 [m/s², base frame]")),
     }
 }

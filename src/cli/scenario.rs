@@ -9,6 +9,9 @@ use super::{Global, json, print, print_json};
 
 /// `lacuna scenario FILE.ron`.
 pub(super) fn run(file: &Path, data: Vec<PathBuf>, global: &Global, console: &Console) -> Result<bool> {
+    if let Some(out) = &global.out {
+        text::check_writable(out)?;
+    }
     let mut progress = |what: &str| console.say(what);
     let options = Options { data, seed: global.seed, progress: &mut progress };
     let outcome = study::run(file, options)?;

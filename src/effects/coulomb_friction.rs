@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{About, Columns, Effect, Joints, Stretch, Term};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::robot::Robot;
 
 /// Coulomb friction (the second term of Gaz et al. 2019, eq. 24).
@@ -33,6 +33,10 @@ impl Effect for CoulombFriction {
     }
 
     fn terms(&self, robot: &Robot) -> Result<Vec<Term>> {
+        if !(self.width.is_finite() && self.width >= 0.0) {
+            return Err(Error::new(format!("the `width` of `coulomb_friction` is {}", self.width))
+                .help("give the speed over which it turns round [rad/s], or 0 for a hard sign"));
+        }
         self.joints.terms(robot, "fc", "N m")
     }
 

@@ -32,7 +32,8 @@ impl Joints {
         }
         let found: Vec<usize> = names.iter().map(|name| find(robot, name)).collect::<Result<_>>()?;
         match (1..found.len()).find(|&k| found[..k].contains(&found[k])) {
-            Some(k) => Err(Error::new(format!("joint `{}` stands twice in the list", names[k]))),
+            Some(k) => Err(Error::new(format!("joint `{}` stands twice in the list", names[k]))
+                .help("name every joint once, by name or by number")),
             None => Ok(found),
         }
     }

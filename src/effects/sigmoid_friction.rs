@@ -76,12 +76,16 @@ impl SigmoidFriction {
         let joints = self.joints.indices(robot)?;
         if joints.len() != self.phi2.len() || joints.len() != self.phi3.len() {
             return Err(Error::new(format!(
-                "sigmoid_friction acts on {} joints but has {} values of phi2 and {} of phi3",
+                "`sigmoid_friction` acts on {} joints but has {} values of phi2 and {} of phi3",
                 joints.len(),
                 self.phi2.len(),
                 self.phi3.len()
             ))
             .help("give one phi2 [s/rad] and one phi3 [rad/s] per joint"));
+        }
+        if self.phi2.iter().chain(&self.phi3).any(|x| !x.is_finite()) {
+            return Err(Error::new("`sigmoid_friction` has a shape that is not finite")
+                .help("give finite phi2 [s/rad] and phi3 [rad/s]"));
         }
         let shape = |(k, j): (usize, usize)| {
             (j, SigmoidParameters { phi1: 1.0, phi2: self.phi2[k], phi3: self.phi3[k] })

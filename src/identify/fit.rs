@@ -126,13 +126,19 @@ pub fn fit(model: &Model, evidence: &Evidence, left_out: Option<usize>, weightin
     let mut fit = solve(model, &triangles, &weights)?;
     if weighting != Weighting::Ordinary {
         for _ in 0..JOINT_ROUNDS {
-            for (w, &rms) in weights.iter_mut().zip(&fit.errors.rms) {
-                *w = if rms > 0.0 { 1.0 / rms } else { 1.0 };
-            }
+            weights = joint_weights(&fit.errors.rms);
             fit = solve(model, &triangles, &weights)?;
         }
     }
     Ok(fit)
+}
+
+/// One over the residual rms of each joint. A joint that the model explains to the last digit (one that never
+/// moved, say) must not drown the others: it counts as if its residual were a millionth of the largest.
+fn joint_weights(rms: &[f64]) -> Vec<f64> {
+    const LEAST: f64 = 1e-6;
+    let floor = LEAST * rms.iter().copied().fold(0.0, f64::max);
+    rms.iter().map(|&rms| if rms > 0.0 || floor > 0.0 { 1.0 / rms.max(floor) } else { 1.0 }).collect()
 }
 
 /// Robust fit: iteratively re-weighted passes over the data until the parameters settle.
@@ -147,8 +153,7 @@ pub fn fit_huber(model: &Model, runs: &[Run], folds: &Folds, evidence: &Evidence
         scale = huber_scale(model, runs, &best.x, &scale)?;
         let weight = |joint: usize, r: f64| (HUBER_BEND * scale[joint] / r.abs()).min(1.0);
         let weighed = Evidence::collect_weighted(model, runs, folds, &best.x, &weight)?;
-        let weights: Vec<f64> = scale.iter().map(|&s| if s > 0.0 { 1.0 / s } else { 1.0 }).collect();
-        let next = solve(model, &weighed.merged(None), &weights)?;
+        let next = solve(model, &weighed.merged(None), &joint_weights(&scale))?;
         let moved = next.x.iter().zip(&best.x).zip(&next.classical_sd);
         let settled = moved.fold(0.0_f64, |m, ((a, b), sd)| m.max((a - b).abs() / sd.max(1e-300)));
         best = next;
@@ -216,7 +221,9 @@ pub fn held_out(model: &Model, evidence: &Evidence, weighting: Weighting) -> Res
         if triangles.iter().all(|t| t.rows() == 0) {
             continue;
         }
-        let trained = fit(model, evidence, Some(fold), weighting)?;
+        let trained = fit(model, evidence, Some(fold), weighting).map_err(|e| {
+            e.about(&format!("`hold_out` leaves too little when fold {} is held out", fold + 1))
+        })?;
         for (joint, triangle) in triangles.iter().enumerate() {
             let part = joint_sums(model, joint, triangle, &trained.x);
             sums[joint].residual += part.residual;
@@ -252,6 +259,10 @@ fn solve(model: &Model, triangles: &[Triangle], weights: &[f64]) -> Result<Fit> 
     let total = stack(model, triangles, weights, &all);
     let unexcited = total.dependent_columns();
     let kept = kept_columns(model, &unexcited);
+    if kept.is_empty() {
+        return Err(Error::new("this motion moves nothing that the model could explain")
+            .help("record a motion of every joint, or check the columns of the log"));
+    }
     let total = if unexcited.is_empty() { total } else { stack(model, triangles, weights, &kept) };
     let solution = Solution::new(&total)?;
     let variance = solution.variance().unwrap_or(f64::NAN);

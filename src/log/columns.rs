@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 
-use ron::extensions::Extensions;
 use serde::de::{self, Deserializer, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
-use super::names::list;
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::text;
+use crate::text::names::list;
 
 /// The maps that ship with the program, by name.
 const READY: [(&str, &str); 3] = [
@@ -87,10 +87,8 @@ impl ColumnMap {
         if let Some((_, text)) = ready {
             return Self::parse(text).map_err(|e| e.in_file(path));
         }
-        let text = std::fs::read_to_string(path).map_err(|e| {
-            let help = format!("name a file, or a ready map: {}", list(Self::ready()));
-            Error::new(format!("cannot read the column map: {e}")).in_file(path).help(help)
-        })?;
+        let ready = format!("name a file, or a ready map: {}", list(Self::ready()));
+        let text = text::read(path).map_err(|e| if path.exists() { e } else { e.help(ready) })?;
         Self::parse(&text).map_err(|e| e.in_file(path))
     }
 
@@ -104,14 +102,11 @@ impl ColumnMap {
     /// # Errors
     /// When the text is not a column map; the error has line and column but no file name.
     pub fn parse(text: &str) -> Result<Self> {
-        let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
-        options.from_str(text).map_err(|e| {
-            Error::new(format!("this is not a column map: {}", e.code))
-                .at(e.span.start.line, e.span.start.col)
-                .help(
-                    "a column map may hold delimiter, header, decimal_comma, time, position, velocity, \
-                     acceleration, torque, channels, other_columns",
-                )
+        text::from_ron(text).map_err(|e| {
+            e.or_help(
+                "a column map may hold delimiter, header, decimal_comma, time, position, velocity, \
+                 acceleration, torque, channels, other_columns",
+            )
         })
     }
 }

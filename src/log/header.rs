@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
-use super::names::{list, nearest, shorten};
 use super::number::number;
 use super::source::Source;
 use super::table::{Format, split};
 use crate::error::{Error, Result};
+use crate::text::names::{list, nearest, shorten};
 
 /// Most columns a table may have; a real log has a few dozen.
 const MOST_COLUMNS: usize = 4096;

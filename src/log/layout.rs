@@ -7,11 +7,11 @@ use super::columns::{
     AngleUnit, ColumnId, ColumnMap, Columns, LengthUnit, Motion, Others, Time, TimeUnit, Torque, TorqueUnit,
 };
 use super::header::Header;
-use super::names::{list, shorten};
 use super::table::Wanted;
 use super::{Needs, table::Table};
 use crate::error::{Error, Result};
 use crate::robot::{JointKind, Robot};
+use crate::text::names::{list, shorten};
 
 /// A column on its way to us: `value = column * factor / divisor + offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]

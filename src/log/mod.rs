@@ -6,7 +6,6 @@
 mod columns;
 mod header;
 mod layout;
-mod names;
 mod number;
 mod read;
 mod source;

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use super::Dropped;
 use super::header::Header;
-use super::names::shorten;
 use super::number::{Reason, number};
 use super::source::Source;
 use crate::error::{Error, Result};
+use crate::text::names::shorten;
 
 /// How fields are told apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

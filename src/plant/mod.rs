@@ -94,7 +94,7 @@ impl Plant {
     fn check(&self, motion: &dyn Motion, duration: f64) -> Result<()> {
         let n = self.robot.dof();
         if motion.dof() != n {
-            return Err(Error::new(format!("a motion of {} joints for a robot of {n}", motion.dof()))
+            return Err(Error::new(format!("the `motion` is of {} joints, the robot has {n}", motion.dof()))
                 .help("give a motion with one entry per movable joint"));
         }
         if !(duration.is_finite() && duration > 0.0) {

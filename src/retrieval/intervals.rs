@@ -32,6 +32,11 @@ impl Default for Slack {
 }
 
 impl Slack {
+    /// Whether both numbers are finite and not negative.
+    pub fn is_usable(&self) -> bool {
+        [self.relative, self.absolute].iter().all(|x| x.is_finite() && *x >= 0.0)
+    }
+
     /// The largest objective that counts as equally good.
     pub fn level(&self, best: f64) -> f64 {
         best + self.relative * best.abs() + self.absolute

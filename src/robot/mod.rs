@@ -154,16 +154,10 @@ impl Robot {
     /// When the file cannot be read or is not a robot; with file, line and column.
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
-        let read = || {
-            let bytes = std::fs::read(path).map_err(|e| {
-                Error::new(format!("cannot read the robot file: {e}"))
-                    .help("check the path and its permissions")
-            })?;
-            let text = std::str::from_utf8(&bytes).map_err(|e| not_utf8(&bytes[..e.valid_up_to()]))?;
-            let is_table = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ron"));
-            if is_table { Self::from_dh(text) } else { Self::from_urdf(text) }
-        };
-        read().map_err(|e| e.in_file(path))
+        let text = crate::text::read(path)?;
+        let is_table = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ron"));
+        let robot = if is_table { Self::from_dh(&text) } else { Self::from_urdf(&text) };
+        robot.map_err(|e| e.in_file(path))
     }
 
     /// Reads a Denavit-Hartenberg table in RON; `robots/panda.ron` shows one.
@@ -239,11 +233,4 @@ impl Robot {
     pub fn inertial_parameters_or_zero(&self) -> Vec<f64> {
         self.links.iter().flat_map(|link| link.inertia.unwrap_or(InertialParameters::ZERO).0).collect()
     }
-}
-
-fn not_utf8(good: &[u8]) -> Error {
-    let line_start = good.iter().rposition(|&b| b == b'\n').map_or(0, |i| i + 1);
-    let line = 1 + good.iter().filter(|&&b| b == b'\n').count();
-    let column = 1 + String::from_utf8_lossy(&good[line_start..]).chars().count();
-    Error::new("the robot file is not UTF-8 text").at(line, column).help("save it in the encoding UTF-8")
 }

@@ -6,7 +6,7 @@ use std::ops::Range;
 use crate::error::{Error, Result};
 
 /// Highest order offered; above it the transients grow and nothing is gained.
-const MAX_ORDER: usize = 8;
+pub(super) const MAX_ORDER: usize = 8;
 
 /// One second-order section `b / (1 + a0 z⁻¹ + a1 z⁻²)` of unit gain at zero frequency.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,7 +52,7 @@ impl ZeroPhase {
         }
         let nyquist = 0.5 / dt;
         if !(cutoff_hz > 0.0 && cutoff_hz < nyquist) {
-            let what = format!("a cut-off of {cutoff_hz} Hz does not fit a sampling time of {dt} s");
+            let what = format!("a cut-off of {cutoff_hz:?} Hz does not fit a sampling time of {dt} s");
             return Err(Error::new(what).help(format!("choose one above 0 and below {nyquist} Hz")));
         }
         let warped = libm::tan(PI * cutoff_hz * dt);

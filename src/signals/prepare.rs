@@ -27,8 +27,7 @@ pub fn prepare(log: &Log, settings: &Settings) -> Result<(Run, SignalReport)> {
     check_extent(log, &clock)?;
     let grid = Grid::new(&clock.rows, &clock.at);
     let logged = logged_velocity(log, settings)?;
-    let design =
-        Design::new(settings, clock.report.period_s, grid.len()).map_err(|e| e.in_file(&log.name))?;
+    let design = Design::new(settings, clock.report.period_s, grid.len()).map_err(|e| e.about(&log.name))?;
     let report = report(log, settings, cleaned, &clock, &grid, &design, logged.is_some());
 
     let motion = design.motion.as_ref().unwrap_or(&design.band);
@@ -64,7 +63,26 @@ pub fn prepare(log: &Log, settings: &Settings) -> Result<(Run, SignalReport)> {
         row_filter: None,
         model: None,
     };
+    check_size(&run)?;
     Ok((design.finish(run, settings.mode), report))
+}
+
+/// Numbers beyond this are no motion of a robot, and their squares and products overflow.
+const LARGEST: f64 = 1e12;
+
+fn check_size(run: &Run) -> Result<()> {
+    for (name, columns) in [("q", &run.q), ("dq", &run.dq), ("ddq", &run.ddq), ("tau", &run.tau)] {
+        for (j, column) in columns.iter().enumerate() {
+            if let Some(k) = column.iter().position(|x| x.is_nan() || x.abs() > LARGEST) {
+                let (x, t) = (column[k], run.start + k as f64 * run.dt);
+                let what = format!("`{name}{}` is {x:.3e} at {t:.6e} s, too large for a robot", j + 1);
+                return Err(Error::new(what)
+                    .in_file(&run.name)
+                    .help("check units and columns of the log, and its time stamps"));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// A clock that would need very many more samples than there are rows is none.
@@ -92,22 +110,30 @@ struct Design {
 
 impl Design {
     fn new(settings: &Settings, dt: f64, samples: usize) -> Result<Self> {
-        let band = ZeroPhase::butterworth(settings.order, settings.band_hz, dt)?;
+        let band =
+            ZeroPhase::butterworth(settings.order, settings.band_hz, dt).map_err(|e| e.about("`band_hz`"))?;
         band.check_length(samples)?;
         let motion = match settings.mode {
             Mode::Inputs => None,
-            Mode::Parallel => Some(ZeroPhase::butterworth(settings.order, settings.position_cutoff_hz, dt)?),
+            Mode::Parallel => Some(
+                ZeroPhase::butterworth(settings.order, settings.position_cutoff_hz, dt)
+                    .map_err(|e| e.about("`position_cutoff_hz`"))?,
+            ),
         };
         let friction = match (settings.mode, settings.friction_cutoff_hz) {
-            (Mode::Parallel, Some(hz)) => Some(ZeroPhase::butterworth(settings.order, hz, dt)?),
+            (Mode::Parallel, Some(hz)) => Some(
+                ZeroPhase::butterworth(settings.order, hz, dt)
+                    .map_err(|e| e.about("`friction_cutoff_hz`"))?,
+            ),
             _ => None,
         };
         let trim = libm::round(settings.trim_s / dt) as usize;
         let range = trim..samples.saturating_sub(trim);
         if range.len() < 3 {
             let (length, trimmed) = (samples as f64 * dt, settings.trim_s);
-            let what = format!("nothing is left of {length:.3} s after trimming {trimmed} s at both ends");
-            return Err(Error::new(what).help("record a longer motion, or lower `trim_s`"));
+            let what =
+                format!("nothing is left of {length:.3} s after `trim_s` of {trimmed:?} s at both ends");
+            return Err(Error::new(what).help("record a longer motion, or trim less"));
         }
         Ok(Self { dt, band, motion, friction, range, every: settings.decimation(dt) })
     }

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::filter::MAX_ORDER;
 use crate::error::{Error, Result};
 
 /// Where filters stand in the way from log to regressor.
@@ -121,11 +122,15 @@ impl Settings {
         ];
         for (name, value) in positive {
             if !(value.is_finite() && value > 0.0) {
-                return Err(Error::new(format!("`{name}` is {value}")).help("give a positive number"));
+                return Err(Error::new(format!("`{name}` is {value:?}")).help("give a positive number"));
             }
         }
         if !(self.trim_s.is_finite() && self.trim_s >= 0.0) {
-            return Err(Error::new(format!("`trim_s` is {}", self.trim_s)).help("give 0 or more seconds"));
+            return Err(Error::new(format!("`trim_s` is {:?}", self.trim_s)).help("give 0 or more seconds"));
+        }
+        if !(1..=MAX_ORDER).contains(&self.order) {
+            return Err(Error::new(format!("`order` is {}", self.order))
+                .help(format!("choose an order from 1 to {MAX_ORDER}; 4 is usual")));
         }
         if self.decimate == Some(0) {
             return Err(Error::new("`decimate` is 0").help("give 1 to keep every sample, or leave it out"));

@@ -2,18 +2,18 @@
 
 use rayon::prelude::*;
 
-use crate::effects::RigidBody;
+use crate::effects::{RigidBody, SigmoidParameters};
 use crate::error::Result;
 use crate::identify::{SigmoidFit, fit_sigmoid};
 use crate::model::Model;
 use crate::predict::predict;
 use crate::report::{FrictionResult, NamedValue};
 use crate::robot::JointKind;
-use crate::scenario::{Published, PublishedFriction};
+use crate::scenario::PublishedFriction;
 use crate::signals::Run;
 
-use super::Study;
 use super::statics::FromPoses;
+use super::{Study, published};
 
 impl Study<'_> {
     pub(super) fn friction_path(
@@ -23,19 +23,11 @@ impl Study<'_> {
     ) -> Result<Vec<FrictionResult>> {
         let Some(path) = &self.scenario.friction else { return Ok(Vec::new()) };
         let (file, search) = (path.coefficients.clone(), path.search);
-        let published = match &path.published {
-            Some(file) => {
-                let published = PublishedFriction::open(&self.folder.join(file))?;
-                Some(published.parameters(self.robot.dof()).map_err(|e| e.in_file(file))?)
-            }
-            None => None,
-        };
+        let given = self.published_friction()?;
         let rigid = Model::new(&self.robot, vec![Box::new(RigidBody::default())])?;
         let base = crate::identify::BaseParameters::new(&self.robot);
         let x = match (&file, poses) {
-            (Some(file), _) => {
-                Published::open(&self.folder.join(file))?.values(&base).map_err(|e| e.in_file(file))?
-            }
+            (Some(file), _) => published(&self.folder, file, &base)?.1,
             (None, Some(poses)) => poses.coefficients.clone(),
             (None, None) => return Ok(Vec::new()),
         };
@@ -52,7 +44,7 @@ impl Study<'_> {
                     let measured = run.to_rows(&run.tau[j]);
                     rest.extend(measured.iter().zip(&predicted[j]).map(|(m, p)| m - p));
                 }
-                let fit = match &published {
+                let fit = match &given {
                     Some(all) => SigmoidFit::of(all[j], &velocity, &rest),
                     None => fit_sigmoid(&velocity, &rest, search),
                 };
@@ -73,5 +65,15 @@ impl Study<'_> {
                 }
             })
             .collect())
+    }
+
+    /// Friction parameters that the scenario takes as they are.
+    fn published_friction(&self) -> Result<Option<Vec<SigmoidParameters>>> {
+        let Some(file) = self.scenario.friction.as_ref().and_then(|f| f.published.as_ref()) else {
+            return Ok(None);
+        };
+        let path = self.folder.join(file);
+        let parameters = PublishedFriction::open(&path)?.parameters(self.robot.dof());
+        parameters.map(Some).map_err(|e| e.in_file(&path))
     }
 }

@@ -15,10 +15,12 @@ use std::time::Instant;
 use nalgebra::Vector3;
 
 use crate::error::{Error, Result};
+use crate::identify::BaseParameters;
 use crate::model_file::ModelFile;
 use crate::report::Report;
 use crate::robot::Robot;
-use crate::scenario::{Logs, Scenario};
+use crate::scenario::{Logs, Published, Scenario};
+use crate::text;
 
 use leeway::Leeway;
 
@@ -61,37 +63,59 @@ struct Study<'a> {
 /// # Errors
 /// When the scenario or something it names cannot be used; the message says where and what to do.
 pub fn run(path: &Path, options: Options<'_>) -> Result<Outcome> {
-    let mut scenario = Scenario::open(path)?;
+    let scenario = Scenario::open(path)?;
     if !options.data.is_empty() && !matches!(scenario.logs, Some(Logs::Files { .. })) {
-        return Err(Error::new("--data was given, but the scenario takes no log files")
-            .in_file(path)
-            .help("give the scenario `logs: Files(fit: [..])`"));
+        let what = "--data was given, but the scenario takes no log files (`logs`)";
+        let help = "leave out --data, or give the scenario `logs: Files(fit: [\"log.csv\"])`";
+        return Err(text::placed(Error::new(what).help(help), path));
     }
-    let folder = path.parent().unwrap_or(Path::new(".")).to_path_buf();
-    for constraint in &mut scenario.constraints {
-        constraint.load(&folder)?;
+    // Whatever has no place of its own was asked for by the scenario.
+    Study::new(path, scenario, options)
+        .and_then(|study| study.all(name(path)))
+        .map_err(|e| text::placed(e, path))
+}
+
+/// Name of a study: that of its file.
+fn name(path: &Path) -> String {
+    path.file_stem().map_or_else(|| "study".into(), |s| s.to_string_lossy().into_owned())
+}
+
+/// A file that a scenario names, relative to the scenario's folder.
+fn named(folder: &Path, file: &Path) -> Result<PathBuf> {
+    let path = folder.join(file);
+    if path.exists() {
+        return Ok(path);
     }
-    for preset in &scenario.presets {
-        scenario.constraints.extend(crate::constraints::open(&folder.join(preset))?);
+    Err(Error::new(format!("there is no file `{}`", file.display()))
+        .help("files are looked for from the folder that the scenario is in"))
+}
+
+impl<'a> Study<'a> {
+    fn new(path: &Path, mut scenario: Scenario, options: Options<'a>) -> Result<Self> {
+        let folder = path.parent().unwrap_or(Path::new(".")).to_path_buf();
+        for constraint in &mut scenario.constraints {
+            constraint.load(&folder)?;
+        }
+        for preset in &scenario.presets {
+            scenario.constraints.extend(crate::constraints::open(&named(&folder, preset)?)?);
+        }
+        let mut robot = Robot::open(named(&folder, &scenario.robot)?)?;
+        if let Some(gravity) = scenario.gravity {
+            robot = robot.with_gravity(Vector3::from(gravity));
+        }
+        let mut study = Self {
+            folder,
+            robot,
+            seed: options.seed.unwrap_or(scenario.seed),
+            scenario,
+            data: options.data,
+            progress: options.progress,
+            timing: BTreeMap::new(),
+            warnings: Vec::new(),
+        };
+        study.warn_of_robot();
+        Ok(study)
     }
-    let mut robot = Robot::open(folder.join(&scenario.robot))?;
-    if let Some(gravity) = scenario.gravity {
-        robot = robot.with_gravity(Vector3::from(gravity));
-    }
-    let seed = options.seed.unwrap_or(scenario.seed);
-    let mut study = Study {
-        folder,
-        robot,
-        seed,
-        scenario,
-        data: options.data,
-        progress: options.progress,
-        timing: BTreeMap::new(),
-        warnings: Vec::new(),
-    };
-    study.warn_of_robot();
-    let name = path.file_stem().map_or_else(|| "study".into(), |s| s.to_string_lossy().into_owned());
-    study.all(name)
 }
 
 impl Study<'_> {
@@ -171,6 +195,14 @@ impl Study<'_> {
         let in_data = || std::env::var_os("LACUNA_DATA").map(|d| Path::new(&d).join(file));
         [Some(beside), in_data()].into_iter().flatten().find(|p| p.is_file())
     }
+}
+
+/// Published coefficients in a file that a scenario names, and their values in the order of `base`.
+fn published(folder: &Path, file: &Path, base: &BaseParameters) -> Result<(Published, Vec<f64>)> {
+    let path = named(folder, file)?;
+    let published = Published::open(&path)?;
+    let values = published.values(base).map_err(|e| text::placed(e, &path))?;
+    Ok((published, values))
 }
 
 /// A warning when rows do not far outnumber unknowns (eq. 18 of Gaz et al. 2019).

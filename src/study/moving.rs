@@ -220,9 +220,10 @@ fn validate(model: &Model, fit: &Fit, held: &[Run]) -> Result<Vec<Validation>> {
 }
 
 fn not_there(file: &Path, missing: Option<&str>) -> Error {
-    let otherwise = "put it beside the scenario, into the folder that LACUNA_DATA names, or give --data CSV";
+    let otherwise =
+        "put it beside the scenario, or into the folder that LACUNA_DATA names, or give --data LOG.csv";
     let help = missing.map_or_else(|| otherwise.to_string(), |m| format!("{m}\n  {otherwise}"));
-    Error::new("the log is not there").in_file(file).help(help)
+    Error::new(format!("there is no log `{}`", file.display())).help(help)
 }
 
 fn coefficients(model: &Model, fit: &Fit, drop_above_percent: Option<f64>) -> Vec<Coefficient> {

@@ -1,7 +1,5 @@
 //! Identification from static poses.
 
-use std::path::Path;
-
 use crate::effects::RigidBody;
 use crate::error::{Error, Result};
 use crate::excitation::random_configurations;
@@ -16,7 +14,7 @@ use crate::report::{Coefficient, DropCounts, Identification, finite};
 use crate::robot::PARAMETER_UNITS;
 use crate::scenario::{Poses, Published};
 
-use super::{Study, too_few_rows};
+use super::{Study, published, too_few_rows};
 
 /// Noise is drawn this often to see which coefficients are dropped by chance.
 const DRAWS: usize = 200;
@@ -34,29 +32,33 @@ pub(super) struct FromPoses {
 
 impl Study<'_> {
     pub(super) fn identify_from_poses(&mut self) -> Result<Option<FromPoses>> {
-        let (poses, published, noise) = match &self.scenario.poses {
+        let (poses, published, noise, read_from) = match &self.scenario.poses {
             None => return Ok(None),
             Some(Poses::File(file)) => {
                 let file = file.clone();
                 let path = self.find(&file).ok_or_else(|| {
-                    Error::new("the file of static poses is not there")
-                        .in_file(&file)
+                    Error::new(format!("there is no file of static poses `{}`", file.display()))
                         .help("put it beside the scenario, or into the folder that LACUNA_DATA names")
                 })?;
-                (StaticPoses::open(path, &self.robot)?, None, None)
+                (StaticPoses::open(&path, &self.robot)?, None, None, Some(path))
             }
             Some(Poses::ReadOut { coefficients, count, noise_percent }) => {
                 let (file, count, percent) = (coefficients.clone(), *count, *noise_percent);
                 self.say(&format!("reading out M and g at {count} random configurations"));
-                let published = Published::open(&self.folder.join(&file))?;
-                let clean = self.read_out(&published, &file, count)?;
+                let base = BaseParameters::new(&self.robot);
+                let (published, values) = published(&self.folder, &file, &base)?;
+                let q = random_configurations(&self.robot, count, self.seed)?;
+                let clean = read_out(&Chain::new(&self.robot), &base.lift(&values), q, &published.source);
                 let sigma = StaticFit::new(&self.robot, &clean)?.deviation_implied_by(percent);
                 let noisy = with_noise(&clean, sigma, self.seed);
-                (noisy, Some(published), Some((clean, sigma, percent)))
+                (noisy, Some(published), Some((clean, sigma, percent)), None)
             }
         };
         self.say("identifying base parameters from static poses");
-        let fit = StaticFit::new(&self.robot, &poses)?;
+        let fit = StaticFit::new(&self.robot, &poses).map_err(|e| match read_from {
+            Some(path) => e.in_file(path),
+            None => e,
+        })?;
         if let Some(warning) = too_few_rows(fit.rows, fit.coefficients.len()) {
             self.warn(warning);
         }
@@ -78,13 +80,6 @@ impl Study<'_> {
         let origin = format!("static poses: {}", poses.name);
         let model = ModelFile::new(&model, &kept, &deviations, self.scenario.signals.clone(), origin);
         Ok(Some(FromPoses { report, model, coefficients: kept }))
-    }
-
-    fn read_out(&self, published: &Published, file: &Path, count: usize) -> Result<StaticPoses> {
-        let base = BaseParameters::new(&self.robot);
-        let values = published.values(&base).map_err(|e| e.in_file(file))?;
-        let q = random_configurations(&self.robot, count, self.seed)?;
-        Ok(read_out(&Chain::new(&self.robot), &base.lift(&values), q, &published.source))
     }
 
     fn static_report(

@@ -124,7 +124,7 @@ fn wrong_maps_point_at_line_and_column() {
         ("(time: (column: \"t\", unit: Hours))", "Hours", Some(1)),
         ("(torque: (current: \"i{0}\"))", "current and gains", Some(1)),
         ("(torque: (columns: \"i{0}\", gain: 3))", "gain", Some(1)),
-        ("(", "Unexpected end", Some(1)),
+        ("(", "ends in the middle", Some(1)),
     ];
     for (text, words, line) in wrong {
         let error = ColumnMap::parse(text).expect_err(text);

@@ -1,17 +1,19 @@
 //! Names in messages: the nearest one to a typo, and long lists kept short.
 
 /// The name of `known` that differs least from `wanted`, if one is near enough to be meant: letters may
-/// differ, but `q3` is never meant by `q4`.
-pub(super) fn nearest<'a>(wanted: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+/// differ, but `q3` is never meant by `q4`. Failing that, one that the typo begins or that begins it.
+pub(crate) fn nearest<'a>(wanted: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let limit = 1 + wanted.chars().count() / 4;
     let digits = |name: &str| name.chars().filter(char::is_ascii_digit).collect::<String>();
-    known
-        .into_iter()
-        .filter(|name| digits(name) == digits(wanted))
-        .map(|name| (distance(&wanted.to_lowercase(), &name.to_lowercase()), name))
+    let known: Vec<&str> = known.into_iter().filter(|name| digits(name) == digits(wanted)).collect();
+    let similar = known
+        .iter()
+        .map(|name| (distance(&wanted.to_lowercase(), &name.to_lowercase()), *name))
         .filter(|(d, _)| *d <= limit)
-        .min_by_key(|(d, _)| *d)
-        .map(|(_, name)| name)
+        .min_by_key(|(d, _)| *d);
+    let begins = |a: &str, b: &str| b.len() >= 3 && a.starts_with(b);
+    let cut = || known.iter().find(|name| begins(name, wanted) || begins(wanted, name)).copied();
+    similar.map(|(_, name)| name).or_else(cut)
 }
 
 /// Levenshtein distance in characters.
@@ -31,7 +33,7 @@ fn distance(a: &str, b: &str) -> usize {
 }
 
 /// `a, b, c`, cut after some thirty names.
-pub(super) fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+pub(crate) fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     const MOST: usize = 30;
     let mut names = names.into_iter();
     let mut text = names.by_ref().take(MOST).map(shorten).collect::<Vec<_>>().join(", ");
@@ -43,7 +45,7 @@ pub(super) fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
 }
 
 /// A text from a file, made fit to be quoted in a message.
-pub(super) fn shorten(text: &str) -> String {
+pub(crate) fn shorten(text: &str) -> String {
     const MOST: usize = 40;
     let mut short: String = text.chars().take(MOST).flat_map(char::escape_debug).collect();
     if text.chars().nth(MOST).is_some() {
@@ -67,6 +69,9 @@ mod tests {
     fn a_typo_finds_its_name_and_nonsense_finds_none() {
         assert_eq!(nearest("tau3", ["t", "q3", "Tau3"]), Some("Tau3"));
         assert_eq!(nearest("tau3", ["temperature", "q_d", "tau4"]), None);
+        assert_eq!(nearest("band", ["mode", "band_hz"]), Some("band_hz"));
+        assert_eq!(nearest("minimum", ["max", "min"]), Some("min"));
+        assert_eq!(nearest("q", ["q_d"]), None);
     }
 
     #[test]

@@ -1,0 +1,215 @@
+//! RON trouble in plain words, with what is known at that place.
+
+use super::find;
+use super::names::{list, nearest};
+use crate::error::Error;
+
+/// An error of reading `ron` as ours: message, line and column, and what to do.
+///
+/// Works on the reader's text and not on its kinds of error: what goes wrong inside an effect comes through
+/// the plug-in as text only.
+pub(super) fn explained(error: &ron::error::SpannedError, ron: &str) -> Error {
+    // A comma is missing after what was read last, everything else is wrong where it begins.
+    let span = &error.span;
+    let at = if matches!(error.code, ron::Error::ExpectedComma) { &span.end } else { &span.start };
+    let text = error.code.to_string();
+    let unfinished = || {
+        let wants_more = ["Expected colon", "Expected comma", "Expected closing"];
+        wants_more.iter().any(|w| text.starts_with(w))
+            && find::next_value(ron, span.end.line, span.end.col).is_none()
+    };
+    let cut_off = matches!(error.code, ron::Error::Eof) || unfinished();
+    let Some((line, column)) = find::next_value(ron, at.line, at.col).filter(|_| !cut_off) else {
+        let end = &error.span.end;
+        return Error::new("the file ends in the middle")
+            .at(end.line, end.col)
+            .help("close every bracket and every quote");
+    };
+    let choice = || choice(&text, find::before(ron, line, column));
+    let (what, help) = named(&text).or_else(choice).or_else(|| shape(&text)).unwrap_or_else(|| ours(&text));
+    let explained = Error::new(what).at(line, column);
+    if help.is_empty() { explained } else { explained.help(help) }
+}
+
+/// Errors of ours that went through the reader bring their own help.
+fn ours(text: &str) -> (String, String) {
+    let (what, help) = text.split_once("\n  help: ").unwrap_or((text, ""));
+    (what.to_owned(), help.to_owned())
+}
+
+/// Names that are unknown, missing or stand twice.
+fn named(text: &str) -> Option<(String, String)> {
+    let text = text.strip_prefix("Unexpected ")?;
+    let (about, expected) = text.split_once(", expected ").unwrap_or((text, ""));
+    let quoted = |text: &'_ str| text.split('`').skip(1).step_by(2).map(str::to_owned).collect::<Vec<_>>();
+    let (found, expected) = (quoted(about), quoted(expected));
+    let name = found.first()?;
+    let of = found.get(1).map_or_else(String::new, |outer| format!(" of `{outer}`"));
+    Some(match about.split(" named ").next()? {
+        "field" => {
+            (format!("there is no field `{name}` here"), known(name, &expected, &format!("fields{of}")))
+        }
+        "variant" | "enum variant" => {
+            (format!("`{name}` is not known here"), known(name, &expected, "names"))
+        }
+        "missing field" => (format!("the field `{name}`{of} is missing"), format!("add `{name}: ...`")),
+        "duplicate field" => (format!("the field `{name}` stands twice"), "keep one of them".to_owned()),
+        _ => return None,
+    })
+}
+
+fn known(found: &str, expected: &[String], what: &str) -> String {
+    if expected.is_empty() {
+        return "there are none: leave it out".to_owned();
+    }
+    let expected = || expected.iter().map(String::as_str);
+    let meant =
+        nearest(found, expected()).map_or_else(String::new, |near| format!("did you mean `{near}`? "));
+    format!("{meant}known {what}: {}", list(expected()))
+}
+
+/// A list, number or text where joints or links are chosen: the slip that everybody makes once.
+fn choice(text: &str, before: &str) -> Option<(String, String)> {
+    let field = ["joints", "links"].into_iter().find(|f| before.trim_end().ends_with(&format!("{f}:")))?;
+    text.starts_with("Expected identifier").then(|| {
+        let one = field.trim_end_matches('s');
+        (
+            format!("`{field}` takes `All` or `Only([..])`"),
+            format!("write `{field}: All`, or `{field}: Only([\"{one}1\", \"{one}2\"])`"),
+        )
+    })
+}
+
+/// What is wrong with brackets, commas and literals: how the reader's message begins, ours, and help.
+const SHAPES: [(&str, &str, &str); 19] = [
+    (
+        "Unexpected char",
+        "a value is expected here",
+        "a value is a number, a text in double quotes, a list [a, b] or a struct (field: value)",
+    ),
+    (
+        "Exceeded recursion limit",
+        "brackets are nested too deeply",
+        "nothing that this program reads needs so many",
+    ),
+    (
+        "Expected opening `(`",
+        "an opening `(` is expected here",
+        "this is RON: (field: value, field: value); a variant that holds a struct has two: Fourier((a: ...))",
+    ),
+    (
+        "Expected struct",
+        "an opening `(` is expected here",
+        "this is RON: (field: value, field: value), with double quotes around texts",
+    ),
+    (
+        "Expected closing `)`",
+        "a closing `)` is expected here",
+        "close the bracket, or separate what follows by a comma",
+    ),
+    (
+        "Expected opening `{`",
+        "an opening `{` is expected here",
+        "an effect is written {\"name\": (field: value)}, as {\"viscous_friction\": (joints: All)}",
+    ),
+    (
+        "Expected closing `}`",
+        "a closing `}` is expected here",
+        "every effect has its own braces: {\"a\": ()}, {\"b\": ()}",
+    ),
+    ("Expected opening `[`", "a list is expected here", "write it in brackets: [a, b]"),
+    ("Expected closing `]`", "a closing `]` is expected here", "separate the entries of a list by commas"),
+    ("Expected string", "a text in double quotes is expected here", "write it as \"...\""),
+    ("Expected integer", "a whole number is expected here", "write it plainly, as 3"),
+    ("Expected float", "a number is expected here", "write it plainly, as 0.5 or 1e-3"),
+    ("Expected boolean", "a truth value is expected here", "write true or false"),
+    ("Expected char", "a character is expected here", "write it in single quotes, as ';'"),
+    (
+        "Integer is out of bounds",
+        "the whole number is out of range here",
+        "most counts start at 0 or 1 and are never negative",
+    ),
+    ("Expected comma", "a comma is missing here", "separate fields and entries by commas"),
+    ("Expected colon", "a colon is expected here", "fields are written `name: value`"),
+    (
+        "Expected identifier",
+        "a name is expected here",
+        "fields are written `name: value`, the name without quotes",
+    ),
+    (
+        "Non-whitespace trailing characters",
+        "something follows after the end",
+        "the file is one value: remove what stands after its last bracket",
+    ),
+];
+
+fn shape(text: &str) -> Option<(String, String)> {
+    let (_, what, help) = SHAPES.iter().find(|(begins, ..)| text.starts_with(begins))?;
+    Some(((*what).to_owned(), (*help).to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::from_ron;
+    use crate::effects::Effect;
+    use crate::scenario::Scenario;
+
+    #[track_caller]
+    fn scenario(text: &str, place: (usize, usize), words: &[&str]) {
+        let error = from_ron::<Scenario>(text).expect_err(text).to_string();
+        check(&error, words);
+        let found = from_ron::<Scenario>(text).expect_err(text);
+        let found = found.place().and_then(|p| Some((p.line?, p.column?)));
+        assert_eq!(found, Some(place), "{error}");
+    }
+
+    #[track_caller]
+    fn effect(text: &str, words: &[&str]) {
+        check(&from_ron::<Vec<Box<dyn Effect>>>(text).expect_err(text).to_string(), words);
+    }
+
+    #[track_caller]
+    fn check(message: &str, words: &[&str]) {
+        for word in words.iter().chain(&["help: "]) {
+            assert!(message.contains(word), "`{word}` is not in: {message}");
+        }
+    }
+
+    #[test]
+    fn what_is_known_is_listed_inside_and_outside_of_effects() {
+        scenario("(\n  sead: 3)", (2, 3), &["no field `sead`", "did you mean `seed`", "robot, gravity"]);
+        scenario(
+            "(robot: \"r\", signals: (mode: inputs))",
+            (1, 30),
+            &["`inputs`", "known names: Inputs, Pa"],
+        );
+        scenario("(seed: 1)", (1, 9), &["field `robot` of `Scenario` is missing"]);
+        scenario("(robot: \"r\", robot: \"s\")", (1, 14), &["`robot` stands twice"]);
+        effect("[{\"rigid_bdy\": ()}]", &["did you mean `rigid_body`", "sigmoid_friction, torque_offset"]);
+        effect("[{\"rigid_body\": (mass: 1)}]", &["no field `mass`", "there are none"]);
+        effect("[{\"torque_offset\": (joint: All)}]", &["no field `joint`", "did you mean `joints`"]);
+        effect("[{\"sigmoid_friction\": (phi2: [])}]", &["field `phi3` of `SigmoidFriction` is missing"]);
+        effect("[{\"sigmoid_friction\": (phi2: [\"\"])}]", &["a number is expected"]);
+        effect("[{\"sigmoid_friction\": (phi2: 1)}]", &["a list is expected"]);
+        effect("[torque_offset]", &["{\"viscous_friction\": (joints: All)}"]);
+        effect("[{\"rigid_body\": (), \"torque_offset\": ()}]", &["its own braces"]);
+    }
+
+    #[test]
+    fn brackets_and_literals() {
+        for (text, at, words) in [
+            ("(robot: 3)", 9, "text in double quotes"),
+            ("(robot: \"r\" seed: 1)", 13, "comma is missing"),
+            ("(robot = \"r\")", 8, "colon is expected"),
+            ("(robot: \"r\", seed: \"1\")", 20, "whole number is expected"),
+            ("(robot: \"r\", seed: -1)", 21, "out of range"),
+            ("(robot: \"r\", seed: 1", 21, "ends in the middle"),
+            ("(robot: \"r\") x", 14, "follows after the end"),
+            ("{\"robot\": \"r\"}", 1, "opening `(`"),
+            ("robot: \"r\"", 1, "opening `(`"),
+            ("(\"robot\": \"r\")", 2, "the name without quotes"),
+        ] {
+            scenario(text, (1, at), &[words]);
+        }
+    }
+}

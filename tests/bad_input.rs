@@ -1,0 +1,16 @@
+//! What a person gets to see who gives the program bad input: where, what, and what to do; exit code 2,
+//! nothing on stdout and no file.
+
+#[path = "bad_input/logs.rs"]
+mod logs;
+#[path = "bad_input/models.rs"]
+mod models;
+#[path = "bad_input/paths.rs"]
+mod paths;
+#[path = "bad_input/robots.rs"]
+mod robots;
+#[path = "bad_input/scenarios.rs"]
+mod scenarios;
+
+#[path = "command_line/folder.rs"]
+mod folder;
