@@ -9,7 +9,7 @@ const LISTED: usize = 8;
 /// Joints per line.
 const ACROSS: usize = 7;
 /// Widest label that is not cut.
-const WIDEST: usize = 20;
+const WIDEST: usize = 13;
 
 /// Engine by engine: objective, bound, feasibility; then link parameters side by side, what holds them back,
 /// what is open, torque errors and joint wrenches.
@@ -126,22 +126,21 @@ fn active(text: &mut String, r: &Retrieval) {
     }
 }
 
-/// Masses and centres of mass; inertias stand in the JSON.
+/// Masses [kg] and centres of mass [mm], one line per link; inertias stand in the JSON.
 fn open(text: &mut String, intervals: &[Interval]) {
     text.push_str("\n  what data and constraints allow (inertias: in report.json)\n");
-    let end = |value: Option<f64>| value.map_or("open".to_string(), |v| format!("{:.3}", v + 0.0));
-    let shown: Vec<String> = intervals
-        .iter()
-        .filter(|i| !i.parameter.starts_with('J'))
-        .map(|i| format!("{} [{}, {}] {}", i.parameter, end(i.low), end(i.high), i.unit))
-        .collect();
-    for row in shown.chunks(4) {
+    let end = |value: Option<f64>, factor: f64, digits: usize| {
+        value.map_or("open".to_string(), |v| format!("{:.digits$}", factor * v + 0.0))
+    };
+    let shown: Vec<&Interval> = intervals.iter().filter(|i| !i.parameter.starts_with('J')).collect();
+    for link in shown.chunks(4) {
         text.push_str("  ");
-        // The mass of a link, then its centre: one line per link.
-        row.iter().for_each(|cell| {
-            let _ = write!(text, "  {cell}");
-        });
-        text.push('\n');
+        for (k, i) in link.iter().enumerate() {
+            let (factor, digits) = if k == 0 { (1.0, 3) } else { (1e3, 0) };
+            let (low, high) = (end(i.low, factor, digits), end(i.high, factor, digits));
+            let _ = write!(text, "{} [{low}, {high}]{}", i.parameter, if k == 0 { " kg  " } else { " " });
+        }
+        text.push_str("mm\n");
     }
 }
 

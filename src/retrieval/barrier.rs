@@ -161,7 +161,7 @@ impl<'a> Barrier<'a> {
         let largest = hessian.diagonal().max();
         for i in 0..hessian.nrows() {
             let own = hessian[(i, i)];
-            hessian[(i, i)] += (1e-13 * own).max(1e-30 * largest);
+            hessian[(i, i)] += (1e-15 * own).max(1e-30 * largest);
         }
         let step = -hessian.cholesky()?.solve(&gradient);
         let length = -step.dot(&gradient);

@@ -42,7 +42,11 @@ impl Study<'_> {
             None => None,
         };
         if let Some((chosen, z)) = &chosen {
-            engines.candidates.push(Candidate::new(&chosen.retrieval.label, &engines.space, z));
+            if chosen.retrieval.feasible {
+                engines.candidates.push(Candidate::new(&chosen.retrieval.label, &engines.space, z));
+            } else {
+                self.warn("the choice knows only what cones express and breaks another constraint: not used");
+            }
         }
         Ok(Leeway { intervals, chosen: chosen.map(|(chosen, _)| chosen) })
     }

@@ -91,9 +91,10 @@ impl Study<'_> {
         for engine in &engines {
             engine.available()?;
             let label = engine.label().to_string();
-            if results.iter().any(|(l, _)| *l == label) {
-                return Err(Error::new(format!("two engines are called `{label}`"))
-                    .help("give each a `label` of its own"));
+            let reserved = [GIVEN, CHOSEN].contains(&label.as_str());
+            if reserved || results.iter().any(|(l, _)| *l == label) {
+                return Err(Error::new(format!("two rows of the comparison are called `{label}`"))
+                    .help("give each engine a `label` of its own; `given` and `chosen` are taken"));
             }
             self.say(&format!("retrieving link parameters with {label}"));
             let start = std::time::Instant::now();

@@ -4,6 +4,7 @@ mod certificate;
 mod choice;
 mod engine;
 mod panda;
+mod shipped;
 mod small;
 mod two_link;
 
