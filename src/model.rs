@@ -87,6 +87,39 @@ impl Model {
         self.effects.iter().any(|e| e.about().name == effect)
     }
 
+    /// Whether an effect is built from the model's own torque ([`Effect::needs_torque`]).
+    pub fn needs_torque(&self) -> bool {
+        self.effects.iter().any(|e| e.needs_torque())
+    }
+
+    /// Adds the torque that some of the effects make with the values `x`, at every sample of `run`:
+    /// `torque[joint][sample]` [N m, N].
+    ///
+    /// # Errors
+    /// When the run lacks something one of these effects needs.
+    pub fn add_torque(
+        &self,
+        x: &[f64],
+        run: &Run,
+        torque: &mut [Vec<f64>],
+        which: impl Fn(&dyn Effect) -> bool,
+    ) -> Result<()> {
+        let range = 0..run.samples();
+        let at = Stretch { robot: &self.robot, chain: &self.chain, run, range: range.clone() };
+        let mut room = vec![0.0; range.len()];
+        for (number, effect) in self.effects.iter().enumerate().filter(|(_, e)| which(e.as_ref())) {
+            let slots = &self.slots[number];
+            let mut wanted = |term: usize, joint: usize, fill: &mut dyn FnMut(&mut [f64])| {
+                let Some(column) = slots[term] else { return };
+                room.fill(0.0);
+                fill(&mut room);
+                torque[joint].iter_mut().zip(&room).for_each(|(t, y)| *t += x[column] * y);
+            };
+            effect.columns(&at, &mut Columns { wanted: &mut wanted, scratch: &mut None })?;
+        }
+        Ok(())
+    }
+
     /// Fills `block` with the columns of `run` over `range`.
     ///
     /// # Errors

@@ -1,20 +1,22 @@
 //! Torque that a model predicts, and how far it is from what was measured.
 
 use crate::error::Result;
-use crate::identify::{ErrorSums, Errors, over_rows};
+use crate::identify::{ErrorSums, Errors, over_rows, with_model_torque};
 use crate::model::Model;
 use crate::signals::Run;
 
 /// Torque of every run as rows of a fit: `[run][joint][row]` [N m, N].
 pub type Prediction = Vec<Vec<Vec<f64>>>;
 
-/// Predicts the torque of `runs` with one parameter value per column of the model.
+/// Predicts the torque of `runs` with one parameter value per column of the model. Effects that are built
+/// from the model's own torque get that of these very values.
 ///
 /// # Errors
 /// When a run lacks something an effect needs.
 pub fn predict(model: &Model, runs: &[Run], x: &[f64]) -> Result<Prediction> {
     let n = model.robot.dof();
-    let parts = over_rows(model, runs, Vec::new, |parts, view| {
+    let seen = with_model_torque(model, x, runs)?;
+    let parts = over_rows(model, &seen, Vec::new, |parts, view| {
         let mut torque = vec![vec![0.0; view.rows.len()]; n];
         for (joint, tau) in torque.iter_mut().enumerate() {
             for (local, &column) in model.active[joint].iter().enumerate() {

@@ -8,6 +8,7 @@ mod coulomb_friction;
 mod joints;
 mod rigid_body;
 mod sigmoid_friction;
+mod torque_gain;
 mod torque_offset;
 mod viscous_friction;
 
@@ -16,6 +17,7 @@ pub use joints::Joints;
 pub use rigid_body::RigidBody;
 pub(crate) use sigmoid_friction::logistic;
 pub use sigmoid_friction::{SigmoidFriction, SigmoidParameters};
+pub use torque_gain::TorqueGain;
 pub use torque_offset::TorqueOffset;
 pub use viscous_friction::ViscousFriction;
 
@@ -147,6 +149,12 @@ pub trait Effect: Debug + Send + Sync {
         false
     }
 
+    /// Whether it acts on what sensors say instead of on the joint (a gain, a delay). Such effects are not
+    /// part of [`ModelTorque::total`], because they are built from it.
+    fn alters_measurement(&self) -> bool {
+        false
+    }
+
     /// Numbers that the columns depend on nonlinearly, with the values they have now.
     fn shapes(&self) -> Vec<Shape> {
         Vec::new()
@@ -251,6 +259,7 @@ pub const CATALOGUE: &[Entry] = &[
         about: CoulombFriction::ABOUT,
         candidates: |r| per_joint(r, |joints| CoulombFriction { joints, width: 0.0 }),
     },
+    Entry { about: TorqueGain::ABOUT, candidates: |r| per_joint(r, |joints| TorqueGain { joints }) },
     Entry { about: SigmoidFriction::ABOUT, candidates: SigmoidFriction::candidates },
 ];
 

@@ -6,6 +6,7 @@ mod fit;
 mod friction;
 mod levenberg;
 mod rows;
+mod settle;
 mod statics;
 mod uncertainty;
 
@@ -14,5 +15,6 @@ pub use evidence::{Evidence, RowWeight};
 pub use fit::{ErrorSums, Errors, Fit, Weighting, errors, fit, fit_huber, held_out, with_robust_sd};
 pub use friction::{Search, SigmoidFit, fit_sigmoid};
 pub use rows::{RowView, over_rows};
+pub use settle::{Settled, refresh_model_torque, settle, with_model_torque};
 pub use statics::{StaticFit, relative_deviations};
 pub use uncertainty::{BANDWIDTH_S, score_variance};

@@ -82,7 +82,7 @@ pub struct ModelTorque {
     pub links: Vec<f64>,
     /// Torque of the rigid links: `rigid[joint][sample]` [N m, N].
     pub rigid: Vec<Vec<f64>>,
-    /// Torque of all effects together [N m, N].
+    /// Torque of all effects together [N m, N], but for those that act on the measurement only.
     pub total: Vec<Vec<f64>>,
 }
 

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use crate::effects::SigmoidParameters;
 use crate::error::Result;
-use crate::identify::{ErrorSums, Errors};
+use crate::identify::Errors;
 use crate::kernels::{Chain, Samples, State, Workspace, inverse_dynamics, inverse_dynamics_batch, wrench};
 use crate::model::Model;
-use crate::predict::{Prediction, predict};
+use crate::predict::{predict, prediction_errors};
 use crate::report::{Comparison, FrictionResult, finite};
 use crate::signals::Run;
 
@@ -45,9 +45,15 @@ impl Study<'_> {
             fitted,
             wrenches: BTreeMap::new(),
         };
-        for Candidate { label, links, others } in &engines.candidates {
-            let friction = self.friction_torque(runs, logs, friction, others)?;
-            let errors = errors(&chain, runs, links, &friction);
+        for candidate in &engines.candidates {
+            let Candidate { label, links, .. } = candidate;
+            let errors = match &logs.fitted {
+                Some(fitted) if friction.is_empty() || !candidate.others.is_empty() => {
+                    let x = parameters(&fitted.fitted, &fitted.x, candidate);
+                    prediction_errors(runs, &predict(&fitted.fitted, runs, &x)?)
+                }
+                _ => errors(&chain, runs, links, |j, v| sigmoid(friction, &names[j]).torque(v)),
+            };
             let squares = errors.rms.iter().map(|rms| rms * rms).collect();
             all.validation_mse.insert(label.clone(), named(squares));
             all.relative_error_percent.insert(label.clone(), finite(errors.pooled_percent));
@@ -56,40 +62,16 @@ impl Study<'_> {
         }
         Ok(Some(all))
     }
-
-    /// Torque of everything but the rigid links, as rows.
-    fn friction_torque(
-        &self,
-        runs: &[Run],
-        logs: &Gathered,
-        path: &[FrictionResult],
-        others: &[f64],
-    ) -> Result<Prediction> {
-        match &logs.fitted {
-            Some(fitted) if !others.is_empty() => beside_links(&fitted.fitted, runs, others),
-            Some(fitted) if path.is_empty() => {
-                let (order, rank) = rigid_first(&fitted.fitted);
-                let others: Vec<f64> = order[rank..].iter().map(|&c| fitted.x[c]).collect();
-                beside_links(&fitted.fitted, runs, &others)
-            }
-            _ => {
-                let joint = |run: &Run, j: usize| {
-                    let friction = sigmoid(path, &self.robot.joints[j].name);
-                    let torque: Vec<f64> = run.dq[j].iter().map(|&v| friction.torque(v)).collect();
-                    run.to_rows(&torque).into_owned()
-                };
-                Ok(runs.iter().map(|run| (0..self.robot.dof()).map(|j| joint(run, j)).collect()).collect())
-            }
-        }
-    }
 }
 
-/// Torque of the columns that are not the rigid body's, with these parameters.
-fn beside_links(model: &Model, runs: &[Run], others: &[f64]) -> Result<Prediction> {
+/// The columns of a fitted model for a candidate: its links, and what was retrieved along or else fitted.
+fn parameters(model: &Model, fitted: &[f64], candidate: &Candidate) -> Vec<f64> {
     let (order, rank) = rigid_first(model);
-    let mut x = vec![0.0; model.columns.len()];
-    order[rank..].iter().zip(others).for_each(|(&c, &value)| x[c] = value);
-    predict(model, runs, &x)
+    let mut x = fitted.to_vec();
+    let coefficients = model.base.as_ref().map_or(Vec::new(), |base| base.coefficients(&candidate.links));
+    let columns = order[..rank].iter().zip(&coefficients).chain(order[rank..].iter().zip(&candidate.others));
+    columns.for_each(|(&column, &value)| x[column] = value);
+    x
 }
 
 /// Friction of a joint from the friction path; none where it has none.
@@ -102,19 +84,17 @@ fn sigmoid(path: &[FrictionResult], joint: &str) -> SigmoidParameters {
 }
 
 /// Torque error of links and friction.
-fn errors(chain: &Chain, runs: &[Run], links: &[f64], friction: &Prediction) -> Errors {
-    let mut sums = vec![ErrorSums::default(); chain.dof()];
-    for (run, friction) in runs.iter().zip(friction) {
+fn errors(chain: &Chain, runs: &[Run], links: &[f64], friction: impl Fn(usize, f64) -> f64) -> Errors {
+    let torque = |run: &Run| -> Vec<Vec<f64>> {
         let samples = Samples { q: &run.q, dq: &run.dq, ddq: &run.ddq };
-        let rigid = inverse_dynamics_batch(chain, samples, links);
-        for (j, sum) in sums.iter_mut().enumerate() {
-            let (measured, rigid) = (run.to_rows(&run.tau[j]), run.to_rows(&rigid[j]));
-            for ((measured, rigid), friction) in measured.iter().zip(rigid.iter()).zip(&friction[j]) {
-                sum.add(measured - rigid - friction, *measured);
-            }
-        }
-    }
-    Errors::from_sums(&sums)
+        let rigid = inverse_dynamics_batch(chain, samples, links).into_iter().enumerate();
+        let joint = |(j, rigid): (usize, Vec<f64>)| {
+            let all: Vec<f64> = rigid.iter().zip(&run.dq[j]).map(|(t, &v)| t + friction(j, v)).collect();
+            run.to_rows(&all).into_owned()
+        };
+        rigid.map(joint).collect()
+    };
+    prediction_errors(runs, &runs.iter().map(torque).collect())
 }
 
 /// Mean size of force and moment that each joint carries [N, N m].

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use crate::error::{Error, Result};
 use crate::excitation::{FourierMotion, Motion, Ramped, panda_table_ii};
 use crate::identify::{
-    Errors, Evidence, Fit, Weighting, fit, fit_huber, held_out, relative_deviations, with_robust_sd,
+    Errors, Evidence, Fit, Settled, Weighting, fit, fit_huber, held_out, relative_deviations, settle,
+    with_robust_sd,
 };
 use crate::log::{ColumnMap, Log};
 use crate::model::Model;
@@ -68,12 +69,14 @@ impl Study<'_> {
     }
 
     fn identify_from(&mut self, logs: &[Log], held: &[Run]) -> Result<FromLogs> {
-        let data = self.prepare_all(logs)?;
+        let mut data = self.prepare_all(logs)?;
         let model = Model::new(&self.robot, self.scenario.effects.clone())?;
         self.say(&format!("fitting {} parameters", model.columns.len()));
         let folds = self.folds(&data.runs)?;
-        let evidence = Evidence::collect(&model, &data.runs, &folds)?;
         let weighting = self.scenario.weighting;
+        let settled = settle(&model, &mut data.runs, &folds, weighting)?;
+        self.warn_of_wandering(&settled);
+        let evidence = settled.evidence;
         let fitted = match weighting {
             Weighting::Huber => fit_huber(&model, &data.runs, &folds, &evidence)?,
             other => fit(&model, &evidence, None, other)?,
@@ -170,6 +173,15 @@ impl Study<'_> {
             let names: Vec<_> =
                 fit.unexcited.iter().map(|&c| model.columns[c].about.symbol.as_str()).collect();
             self.warn(format!("this motion does not excite {}; left at zero", names.join(", ")));
+        }
+    }
+
+    fn warn_of_wandering(&mut self, settled: &Settled) {
+        if settled.wanders() {
+            self.warn(format!(
+                "effects built from the model's torque did not settle: the last round moved it by {:.2} %",
+                100.0 * settled.change
+            ));
         }
     }
 
