@@ -101,18 +101,31 @@ fn links(text: &mut String, all: &[&Retrieval]) {
         }
         text.push('\n');
         for r in all {
-            let _ = write!(text, "  {:8.8}{:>7.3}", r.label, r.links[i].mass);
+            let link = &r.links[i];
+            let _ = write!(text, "  {:8.8}{:>7}", r.label, narrow(link.mass, 3));
             for axis in 0..3 {
-                let com = r.links[i].com.map_or("-".to_string(), |com| format!("{:.1}", 1e3 * com[axis]));
+                let com = link.com.map_or("-".to_string(), |com| narrow(1e3 * com[axis], 1));
                 let _ = write!(text, "{com:>7}");
             }
-            for element in r.links[i].inertia {
-                let _ = write!(text, "{:>7.2}", 1e3 * element);
+            for element in link.inertia {
+                let _ = write!(text, "{:>7}", narrow(1e3 * element, 2));
             }
             text.push('\n');
         }
     }
     text.push('\n');
+}
+
+/// At most `digits` decimals, fewer where six characters would not do; nothing is written as 0, not as -0.
+fn narrow(value: f64, digits: usize) -> String {
+    let written = |digits: usize| {
+        let text = format!("{value:.digits$}");
+        match text.strip_prefix('-') {
+            Some(plain) if plain.bytes().all(|b| b == b'0' || b == b'.') => plain.to_string(),
+            _ => text,
+        }
+    };
+    (0..=digits).rev().map(written).find(|text| text.len() <= 6).unwrap_or_else(|| written(0))
 }
 
 fn active(text: &mut String, r: &Retrieval) {
@@ -130,7 +143,7 @@ fn active(text: &mut String, r: &Retrieval) {
 fn open(text: &mut String, intervals: &[Interval]) {
     text.push_str("\n  what data and constraints allow (inertias: in report.json)\n");
     let end = |value: Option<f64>, factor: f64, digits: usize| {
-        value.map_or("open".to_string(), |v| format!("{:.digits$}", factor * v + 0.0))
+        value.map_or("open".to_string(), |v| narrow(factor * v, digits))
     };
     let shown: Vec<&Interval> = intervals.iter().filter(|i| !i.parameter.starts_with('J')).collect();
     for link in shown.chunks(4) {

@@ -12,8 +12,14 @@ use crate::form::{Affine, Body, Form, matrix};
 const GAP: f64 = 1e-6;
 /// Growth of the function's weight along the path.
 const GROWTH: f64 = 20.0;
+/// What may be left to gain where rounding ends the path before.
+const ENOUGH: f64 = 1e-4;
 /// Newton steps in all.
 const STEPS: usize = 2000;
+/// Newton steps per weight: more are needed only where rounding leads astray.
+const STEPS_PER_WEIGHT: usize = 100;
+/// Square of Newton's length up to which a point counts as a centre.
+const CENTRED: f64 = 0.1;
 /// Square of Newton's length below which full steps converge (Nesterov and Nemirovskii 1994).
 const NEAR: f64 = 0.05;
 /// Full steps at most, each of which squares the error.
@@ -250,20 +256,25 @@ fn determinant(
 
 /// Follows the path from a point strictly inside; `None` when the start is not.
 pub(super) fn minimise(barrier: &Barrier<'_>, start: Vec<f64>) -> Option<Minimum> {
-    let mut found = Minimum { z: start, steps: 0, ending: PathEnd::Stuck };
+    let mut at = Minimum { z: start, steps: 0, ending: PathEnd::Stuck };
     let mut weight = 1.0;
-    barrier.at(weight, &found.z, false)?;
+    // The best centre so far and what may be left to gain there.
+    let mut best = (f64::INFINITY, at.z.clone());
+    barrier.at(weight, &at.z, false)?;
     loop {
-        let left = centre(barrier, weight, &mut found);
-        if found.z.iter().any(|v| v.abs() > FARTHEST) {
-            found.ending = PathEnd::RunAway;
-            return Some(found);
+        let left = centre(barrier, weight, &mut at);
+        if at.z.iter().any(|v| v.abs() > FARTHEST) {
+            at.ending = PathEnd::RunAway;
+            return Some(at);
         }
-        if barrier.degree() / weight < GAP || found.steps >= STEPS {
-            // Half the square of Newton's length is about what is left to gain, in units of 1 / weight.
-            let settled = left / weight < GAP && found.steps < STEPS;
-            found.ending = if settled { PathEnd::Settled } else { PathEnd::Stuck };
-            return Some(found);
+        // Near a centre half the square of Newton's length is what is left, in units of 1 / weight.
+        let gap = (barrier.degree() + left) / weight;
+        if left < CENTRED && gap < best.0 {
+            best = (gap, at.z.clone());
+        }
+        if barrier.degree() / weight < GAP || at.steps >= STEPS {
+            let ending = if best.0 < ENOUGH { PathEnd::Settled } else { PathEnd::Stuck };
+            return Some(Minimum { z: best.1, steps: at.steps, ending });
         }
         weight *= GROWTH;
     }
@@ -272,10 +283,11 @@ pub(super) fn minimise(barrier: &Barrier<'_>, start: Vec<f64>) -> Option<Minimum
 /// Newton's method for one weight; the square of Newton's last length.
 fn centre(barrier: &Barrier<'_>, weight: f64, found: &mut Minimum) -> f64 {
     let (mut left, mut near) = (f64::INFINITY, 0);
+    let last = (found.steps + STEPS_PER_WEIGHT).min(STEPS);
     while let Some(model) = barrier.at(weight, &found.z, true) {
         let Some((step, length)) = barrier.step(&model) else { break };
         left = length;
-        if length.is_nan() || length < 1e-10 || near >= FULL_STEPS || found.steps >= STEPS {
+        if length.is_nan() || length < 1e-10 || near >= FULL_STEPS || found.steps >= last {
             break;
         }
         let next = if length < NEAR {

@@ -4,6 +4,7 @@ use crate::effects::{Effect, Joints, RigidBody, SigmoidFriction};
 use crate::error::Result;
 use crate::model_file::{ModelFile, ParameterValue};
 use crate::report::FrictionResult;
+use crate::scenario::Objective;
 
 use super::Study;
 use super::moving::FromLogs;
@@ -24,10 +25,11 @@ impl Study<'_> {
         let chosen = engines.candidates.iter().find(|c| c.is_chosen());
         let candidate = chosen.unwrap_or(candidate);
         let how = if chosen.is_some() { "chosen among equally good ones" } else { &best.label };
+        let poses = poses.filter(|_| self.scenario.objective == Objective::Coefficients);
         let from = poses.map(|p| &p.model).or(moving.map(|m| &m.model)).map_or("", |m| m.origin.as_str());
         let origin = format!("link parameters retrieved ({how}) from {from}");
         let (effects, others) = match moving {
-            Some(moving) if friction.is_empty() => (
+            Some(moving) if friction.is_empty() || !candidate.others.is_empty() => (
                 self.scenario.effects.clone(),
                 fitted_friction(moving, (!candidate.others.is_empty()).then_some(&candidate.others)),
             ),

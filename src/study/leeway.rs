@@ -12,6 +12,8 @@ use super::retrieval::{CHOSEN, Candidate, FromEngines, judge};
 
 /// Width of an interval, in parts of its larger end, from which it counts as open.
 const OPEN: f64 = 0.01;
+/// Width that counts as none: 10 mg, 10 um, 0.1 kg cm^2.
+const NARROW: f64 = 1e-5;
 
 /// What is left open.
 #[derive(Default)]
@@ -28,25 +30,24 @@ impl Study<'_> {
         let Some(problem) = engines.problem.as_ref().filter(|_| asked.is_some() || choice.is_some()) else {
             return Ok(Leeway::default());
         };
-        let Some((best, _)) = engines.best() else {
+        let Some((best, candidate)) = engines.best() else {
             self.warn("no engine found feasible parameters, so there is nothing to choose from");
             return Ok(Leeway::default());
         };
         let level = asked.unwrap_or_default().level(best.objective);
+        let start = [candidate.links.as_slice(), &candidate.others].concat();
         let intervals = match asked {
             Some(_) => Some(self.open_intervals(problem, &engines.space, level)?),
             None => None,
         };
         let chosen = match &choice {
-            Some(choice) => self.choose(problem, &engines.space, choice, level, intervals.as_deref())?,
+            Some(choice) => {
+                self.choose((problem, &engines.space), choice, level, &start, intervals.as_deref())?
+            }
             None => None,
         };
         if let Some((chosen, z)) = &chosen {
-            if chosen.retrieval.feasible {
-                engines.candidates.push(Candidate::new(&chosen.retrieval.label, &engines.space, z));
-            } else {
-                self.warn("the choice knows only what cones express and breaks another constraint: not used");
-            }
+            engines.candidates.push(Candidate::new(&chosen.retrieval.label, &engines.space, z));
         }
         Ok(Leeway { intervals, chosen: chosen.map(|(chosen, _)| chosen) })
     }
@@ -72,25 +73,26 @@ impl Study<'_> {
 
     fn choose(
         &mut self,
-        problem: &Problem,
-        space: &LinkSpace,
+        (problem, space): (&Problem, &LinkSpace),
         choice: &Choice,
         level: f64,
+        start: &[f64],
         intervals: Option<&[Interval]>,
     ) -> Result<Option<(Chosen, Vec<f64>)>> {
         self.say("choosing among equally good parameters");
         let (rule, tie_break) = self.rule(choice, space)?;
-        let found = match choose(problem, &space.bodies(), level, &tie_break) {
+        let found = match choose(problem, &space.bodies(), level, start, &tie_break) {
             Ok(found) => found,
             Err(why) => {
                 self.warn(format!("the choice ({rule}) cannot be made: {}", why.message()));
                 return Ok(None);
             }
         };
-        let status = format!("{rule}; the choice decided, not the data");
+        let reach = if found.global { "" } else { " as far as steps from the best engine's answer lead" };
+        let status = format!("{rule}{reach}; the choice decided, not the data");
         let retrieval = judge(("choice", CHOSEN, &status), space, problem, &found.z, None);
         let open = |i: &&Interval| match (i.low, i.high) {
-            (Some(low), Some(high)) => high - low > OPEN * low.abs().max(high.abs()),
+            (Some(low), Some(high)) => high - low > (OPEN * low.abs().max(high.abs())).max(NARROW),
             _ => true,
         };
         let decided =

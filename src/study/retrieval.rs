@@ -134,8 +134,9 @@ impl Study<'_> {
 
     fn problem(&mut self, space: &LinkSpace, objective: Quadratic, forms: Vec<Form>) -> Result<Problem> {
         let search = search_space(&self.robot, space, &self.scenario.constraints)?;
-        for assumed in search.assumed {
-            self.warn(format!("no constraint bounds the search: {assumed}"));
+        if let [first, rest @ ..] = search.assumed.as_slice() {
+            let others = if rest.is_empty() { String::new() } else { format!(" and {} more", rest.len()) };
+            self.warn(format!("no constraint bounds the search, so wide limits are taken: {first}{others}"));
         }
         let chart = Box::new(search.chart);
         Ok(Problem { space: space.space.clone(), objective, forms, chart, seed: self.seed })

@@ -37,7 +37,8 @@ fn case() -> Case {
 
 impl Case {
     fn choose(&self, choice: &TieBreak) -> Chosen {
-        let chosen = choose(&self.problem, &self.bodies, self.level, choice).expect("there is room");
+        let chosen =
+            choose(&self.problem, &self.bodies, self.level, &self.best, choice).expect("there is room");
         let audit = audit(&self.problem, &chosen.z);
         println!("{choice:.20?} {} {} {}", chosen.score, chosen.steps, audit.objective);
         assert!(audit.feasible && audit.objective <= self.level * (1.0 + 1e-9), "{audit:?}");
@@ -101,12 +102,13 @@ fn a_prior_that_is_itself_feasible_and_good_comes_back() {
 fn an_impossible_prior_and_an_empty_set_are_errors() {
     let case = case();
     let nothing = TieBreak::Nearest { prior: vec![0.0; case.prior.len()] };
-    let error = choose(&case.problem, &case.bodies, case.level, &nothing).expect_err("no body");
+    let error = choose(&case.problem, &case.bodies, case.level, &case.best, &nothing).expect_err("no body");
     assert!(error.to_string().contains("not a body"), "{error}");
     let short = TieBreak::Nearest { prior: vec![1.0] };
-    assert!(choose(&case.problem, &case.bodies, case.level, &short).is_err());
+    assert!(choose(&case.problem, &case.bodies, case.level, &case.best, &short).is_err());
     for choice in [TieBreak::Uniform, TieBreak::Smallest] {
-        let error = choose(&case.problem, &case.bodies, 3e-4, &choice).expect_err("below the optimum");
+        let error =
+            choose(&case.problem, &case.bodies, 3e-4, &case.best, &choice).expect_err("below the optimum");
         assert!(error.to_string().contains("no room"), "{error}");
     }
 }
