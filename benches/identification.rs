@@ -83,7 +83,8 @@ fn public_log() -> Result<()> {
         return Ok(());
     }
     let run = || {
-        let options = study::Options { data: Vec::new(), seed: None, progress: &mut |_| () };
+        let mut quiet = |_: &str| {};
+        let options = study::Options::new(&mut quiet);
         study::run(Path::new(WHAT), options)
     };
     let outcome = timed(&format!("{WHAT}, all steps"), 3, "aim: < 1 s", run)?;

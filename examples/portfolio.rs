@@ -17,8 +17,10 @@ use lacuna::space::{Parameter, Space};
 use nalgebra::{DMatrix, DVector};
 
 const SHARES: usize = 12;
-const CASH: usize = 11;
-const SMALL: [usize; 3] = [8, 9, 10];
+/// The one that is cash.
+pub const CASH: usize = 11;
+/// Those of small companies.
+pub const SMALL: [usize; 3] = [8, 9, 10];
 
 /// `if small > 0.1 then cash >= 0.08`.
 #[derive(Debug)]
@@ -45,6 +47,7 @@ fn sum(members: impl IntoIterator<Item = usize>) -> Affine {
     members.into_iter().fold(Affine::default(), |sum, i| sum.plus(1.0, &Affine::variable(i)))
 }
 
+/// Everything that must hold.
 fn forms() -> Vec<Form> {
     let invested = sum(0..SHARES).plus(-1.0, &Affine::constant(1.0));
     let risk = (0..SHARES).map(|i| Affine::variable(i).times(0.05 + 0.03 * i as f64 * f64::from(i != CASH)));
@@ -64,7 +67,7 @@ fn forms() -> Vec<Form> {
 }
 
 /// What the index did in thirty weeks, and what each share did: made up, but always the same.
-fn problem() -> Problem {
+pub fn problem() -> Problem {
     let weeks = 30;
     let wave =
         |week: usize, share: usize| libm::sin(0.7 * week as f64 * (1.0 + share as f64).sqrt() + share as f64);

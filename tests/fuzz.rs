@@ -219,7 +219,7 @@ fn robot(joints: usize, prismatic: u8, twist: f64, gravity: f64) -> String {
 fn run(folder: &Path, scenario: &str) -> Result<Outcome> {
     let path = folder.join("study.ron");
     std::fs::write(&path, scenario).expect("temporary files can be written");
-    study::run(&path, Options { data: Vec::new(), seed: None, progress: &mut |_| {} })
+    study::run(&path, Options::new(&mut |_| {}))
 }
 
 /// No number of a result may be infinite; JSON would have to write null where a number is promised.

@@ -187,7 +187,8 @@ fn friction_path_on_the_public_log() {
     if data("panda/exciting.csv").is_none() {
         return;
     }
-    let options = lacuna::study::Options { data: Vec::new(), seed: None, progress: &mut |_| {} };
+    let mut quiet = |_: &str| {};
+    let options = lacuna::study::Options::new(&mut quiet);
     let outcome = lacuna::study::run(std::path::Path::new("scenarios/panda_log.ron"), options).expect("runs");
     let without = [0.318, 0.591, 0.315, 0.591, 0.311, 0.186, 0.278];
     let with = [0.137, 0.312, 0.194, 0.220, 0.080, 0.073, 0.049];

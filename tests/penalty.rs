@@ -15,7 +15,7 @@ use lacuna::retrieval::polish::Polish;
 use lacuna::retrieval::{Audit, Identity, Problem, Quadratic, RetrievalEngine, Retrieved, Step, audit};
 use lacuna::space::{Parameter, Space};
 use nalgebra::{DMatrix, DVector};
-use panda_problem::panda_two_step;
+use panda_problem::{panda_two_step, panda_two_step_within};
 use two_link_problem::two_link;
 
 /// Optimum of the Panda's problem, certified by a semidefinite solver from both sides.
@@ -49,6 +49,14 @@ fn every_start_reaches_the_optimum_of_the_panda() {
             assert!((about.lower..=about.upper).contains(value), "{} = {value}", about.name);
         }
     }
+}
+
+#[test]
+fn the_best_of_five_reaches_the_optimum_under_the_bounds_of_the_table() {
+    let problem = panda_two_step_within(1, -0.05);
+    let (found, audit) = solve(&PenaltyEngine { runs: 5, ..PenaltyEngine::default() }, &problem);
+    println!("{:.7e}, {}", audit.objective, found.status);
+    assert!(audit.violation <= 0.0 && (audit.objective - 3.861_16e-4).abs() < 5e-9, "{:e}", audit.objective);
 }
 
 #[test]

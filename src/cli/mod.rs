@@ -5,6 +5,7 @@ mod compare;
 mod console;
 mod dynamics;
 mod export;
+mod interrupt;
 mod list;
 mod scenario;
 
@@ -41,6 +42,9 @@ struct Global {
     /// Folder for results; for `export` the file to write.
     #[arg(long, global = true, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Folder of an interrupted study, to go on where it was to the same result.
+    #[arg(long, global = true, value_name = "DIR")]
+    resume: Option<PathBuf>,
     /// No progress on stderr.
     #[arg(long, global = true)]
     quiet: bool,
@@ -94,7 +98,7 @@ enum Command {
 pub(crate) fn run() -> ExitCode {
     let arguments = Arguments::parse();
     let console = Console::new(arguments.global.quiet);
-    let answer = prepare(&arguments.global).and_then(|()| match arguments.command {
+    let answer = prepare(&arguments).and_then(|()| match arguments.command {
         Command::Scenario { file, data } => scenario::run(&file, data, &arguments.global, &console),
         Command::Compare { models, robot, data, columns, gravity } => {
             compare::run(&models, &robot, &data, columns.as_deref(), gravity.as_deref(), &arguments.global)
@@ -115,8 +119,12 @@ pub(crate) fn run() -> ExitCode {
     }
 }
 
-fn prepare(global: &Global) -> Result<()> {
-    if let Some(jobs) = global.jobs {
+fn prepare(arguments: &Arguments) -> Result<()> {
+    if arguments.global.resume.is_some() && !matches!(arguments.command, Command::Scenario { .. }) {
+        return Err(Error::new("--resume: only `lacuna scenario` can be interrupted and resumed")
+            .help("leave --resume away"));
+    }
+    if let Some(jobs) = arguments.global.jobs {
         rayon::ThreadPoolBuilder::new().num_threads(usize::from(jobs)).build_global().map_err(|e| {
             Error::new(format!("cannot start {jobs} threads: {e}")).help("give --jobs fewer, or leave it out")
         })?;

@@ -1,22 +1,40 @@
 use std::path::{Path, PathBuf};
 
 use lacuna::report::Report;
-use lacuna::study::{self, Options};
-use lacuna::{Result, report, text};
+use lacuna::retrieval::Step;
+use lacuna::retrieval::checkpoint::Checkpoint;
+use lacuna::study::{self, Options, Outcome};
+use lacuna::{Error, Result, report, text};
 
 use super::console::Console;
+use super::interrupt::Interrupt;
 use super::{Global, json, print, print_json};
 
-/// `lacuna scenario FILE.ron`.
+/// `lacuna scenario FILE.ron`: `false` when no engine found feasible parameters, or when interrupted.
 pub(super) fn run(file: &Path, data: Vec<PathBuf>, global: &Global, console: &Console) -> Result<bool> {
-    if let Some(out) = &global.out {
-        text::check_writable(out)?;
+    let out = folder(file, global)?;
+    if global.out.is_some() || global.resume.is_some() {
+        text::check_writable(&out)?;
     }
-    let mut progress = |what: &str| console.say(what);
-    let options = Options { data, seed: global.seed, progress: &mut progress };
+    let again = again(file, &data, global, &out);
+    let interrupt = Interrupt::install(global.quiet)?;
+    let watch = |step: &Step| {
+        console.step(step);
+        interrupt.flow()
+    };
+    let options = Options {
+        data,
+        seed: global.seed,
+        progress: &mut |what: &str| {
+            interrupt.leave();
+            console.say(what);
+        },
+        watch: &watch,
+        checkpoint: Some(Checkpoint { folder: out.clone(), resume: global.resume.is_some() }),
+    };
     let outcome = study::run(file, options)?;
+    interrupt.leave();
     console.clear();
-    let out = global.out.clone().unwrap_or_else(|| Path::new("out").join(&outcome.report.scenario));
     text::write_whole(&out.join("report.json"), (json(&outcome.report)? + "\n").as_bytes())?;
     if let Some(model) = &outcome.model {
         model.write(&out.join("model.ron"))?;
@@ -24,13 +42,17 @@ pub(super) fn run(file: &Path, data: Vec<PathBuf>, global: &Global, console: &Co
     if let Some(identified) = &outcome.identified {
         identified.write(&out.join("identified.ron"))?;
     }
+    let next = next_steps(&out, &outcome, &again);
     if global.json {
         print_json(&outcome.report)?;
+        if outcome.stopped && !global.quiet {
+            eprint!("{next}");
+        }
     } else {
         print(&report::render(&outcome.report))?;
-        print(&next_steps(&out, outcome.model.is_some()))?;
+        print(&next)?;
     }
-    Ok(feasible(&outcome.report))
+    Ok(!outcome.stopped && feasible(&outcome.report))
 }
 
 /// Whether some engine found feasible parameters, where one was asked to.
@@ -38,11 +60,39 @@ fn feasible(report: &Report) -> bool {
     report.retrievals.as_ref().is_none_or(|all| all.iter().any(|r| r.feasible))
 }
 
-fn next_steps(out: &Path, has_model: bool) -> String {
+/// Where results go: a resumed study goes on in its own folder.
+fn folder(file: &Path, global: &Global) -> Result<PathBuf> {
+    match (&global.out, &global.resume) {
+        (Some(out), Some(resume)) if out != resume => {
+            Err(Error::new("--out and --resume name different folders")
+                .help("a resumed study goes on in its own folder: leave --out away"))
+        }
+        (Some(folder), _) | (None, Some(folder)) => Ok(folder.clone()),
+        (None, None) => Ok(Path::new("out").join(file.file_stem().unwrap_or_default())),
+    }
+}
+
+/// The command that goes on after an interruption.
+fn again(file: &Path, data: &[PathBuf], global: &Global, out: &Path) -> String {
+    let mut command = format!("lacuna scenario {} --resume {}", file.display(), out.display());
+    for log in data {
+        command += &format!(" --data {}", log.display());
+    }
+    if let Some(seed) = global.seed {
+        command += &format!(" --seed {seed}");
+    }
+    command
+}
+
+fn next_steps(out: &Path, outcome: &Outcome, again: &str) -> String {
     let report = out.join("report.json");
     let mut text = format!("\nwritten  {}", report.display());
-    if has_model {
+    if outcome.model.is_some() {
         text += &format!(", {}", out.join("model.ron").display());
+    }
+    if outcome.stopped {
+        text += &format!("\nstopped  to go on where it was: {again}");
+    } else if outcome.model.is_some() {
         text += &format!(
             "\nnext     lacuna compare {} --robot R --data LOG.csv",
             out.join("model.ron").display()

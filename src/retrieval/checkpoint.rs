@@ -148,6 +148,20 @@ impl Checkpoint {
             .map_err(|e| Error::new(format!("cannot write the checkpoint: {e}")))?;
         text::write_whole(&self.file(label), &json)
     }
+
+    /// Removes the file of an engine whose work is done, if there is one.
+    ///
+    /// # Errors
+    /// When it cannot be removed.
+    pub fn discard(&self, label: &str) -> Result<()> {
+        let path = self.file(label);
+        match std::fs::remove_file(&path) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                Err(Error::new(format!("cannot remove the checkpoint: {e}")).in_file(&path))
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 fn parse(text: &str, path: &Path) -> Result<Content> {

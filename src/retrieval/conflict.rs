@@ -35,7 +35,7 @@ impl Conflict {
 /// When a number is not finite.
 pub fn conflict(unknowns: usize, forms: &[Form]) -> Result<Option<Conflict>> {
     let all: Vec<&Form> = forms.iter().collect();
-    let (outcome, places) = common_point(unknowns, &all)?;
+    let Some((outcome, places)) = common_point(unknowns, &all)? else { return Ok(None) };
     if outcome.ending != Ending::Infeasible {
         return Ok(None);
     }
@@ -57,15 +57,19 @@ pub fn conflict(unknowns: usize, forms: &[Form]) -> Result<Option<Conflict>> {
 }
 
 fn impossible(unknowns: usize, forms: &[&Form]) -> Result<bool> {
-    Ok(common_point(unknowns, forms)?.0.ending == Ending::Infeasible)
+    let found = common_point(unknowns, forms)?;
+    Ok(found.is_some_and(|(outcome, _)| outcome.ending == Ending::Infeasible))
 }
 
-/// Looks for a point that satisfies the convex part of all forms.
-fn common_point(unknowns: usize, forms: &[&Form]) -> Result<(Outcome, Vec<Place>)> {
+/// Looks for a point that satisfies the convex part of all forms; `None` when there is nothing to satisfy.
+fn common_point(unknowns: usize, forms: &[&Form]) -> Result<Option<(Outcome, Vec<Place>)>> {
     let convex: Vec<&Form> = forms.iter().flat_map(|form| taken(std::slice::from_ref(*form))).collect();
+    if convex.is_empty() {
+        return Ok(None);
+    }
     let mut program = Program::new(unknowns);
     let places = constrain(&mut program, &convex, &Affine::constant(0.0));
-    Ok((program.solve(Effort::default(), None)?, places))
+    Ok(Some((program.solve(Effort::default(), None)?, places)))
 }
 
 /// The forms whose multipliers are not nothing.

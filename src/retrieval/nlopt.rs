@@ -31,8 +31,9 @@ pub struct NloptEngine {
     pub runs: usize,
     /// The solver.
     pub algorithm: NloptAlgorithm,
-    /// Most evaluations of a run.
-    pub evaluations: u32,
+    /// Most evaluations of a run; 2000 for `Slsqp` and 200 000 for `Sbplx`, whose evaluations are cheaper,
+    /// when not given.
+    pub evaluations: Option<u32>,
     /// Where finished runs are kept.
     #[serde(skip)]
     pub checkpoint: Option<Checkpoint>,
@@ -40,7 +41,7 @@ pub struct NloptEngine {
 
 impl Default for NloptEngine {
     fn default() -> Self {
-        Self { label: None, runs: 5, algorithm: NloptAlgorithm::Slsqp, evaluations: 20_000, checkpoint: None }
+        Self { label: None, runs: 5, algorithm: NloptAlgorithm::Slsqp, evaluations: None, checkpoint: None }
     }
 }
 
@@ -87,7 +88,7 @@ impl RetrievalEngine for NloptEngine {
 mod solve {
     use std::cell::Cell;
 
-    use nlopt::{Algorithm, Nlopt, Target as Goal};
+    use nlopt::{Algorithm, Nlopt, ObjFn, Target as Goal};
 
     use super::{NloptAlgorithm, NloptEngine};
     use crate::error::Result;
@@ -102,7 +103,10 @@ mod solve {
     /// Scaled margin that constraints are held to, so that the solver's own rounding does not violate them.
     const MARGIN: f64 = 1e-8;
     /// Relative change of the objective that counts as none.
-    const CHANGE: f64 = 1e-9;
+    const CHANGE: f64 = 1e-7;
+    /// A value that no objective has: it tells the solver that its goal is reached, for it cannot be stopped
+    /// from within.
+    const REACHED: f64 = -2.0;
 
     pub(super) fn retrieve(engine: &NloptEngine, problem: &Problem, watch: &Watch<'_>) -> Result<Retrieved> {
         runs::check(problem, engine.runs, 1)?;
@@ -146,9 +150,13 @@ mod solve {
     ) -> (Vec<f64>, u64) {
         let units = Units::new(problem);
         let count = Cell::new(0);
+        let stopped = Cell::new(false);
         let objective = |x: &[f64], slope: Option<&mut [f64]>, (): &mut ()| {
             count.set(count.get() + 1);
-            monitor.stop();
+            stopped.set(monitor.stop());
+            if stopped.get() {
+                return REACHED;
+            }
             let p = units.coordinates(x);
             let z = problem.chart.unknowns(&p);
             if let Some(slope) = slope {
@@ -158,6 +166,9 @@ mod solve {
             problem.objective.value(&z)
         };
         let constraints = |values: &mut [f64], x: &[f64], slopes: Option<&mut [f64]>, (): &mut ()| {
+            if stopped.get() {
+                return values.fill(REACHED);
+            }
             let p = units.coordinates(x);
             let z = problem.chart.unknowns(&p);
             for (value, form) in values.iter_mut().zip(&problem.forms) {
@@ -174,10 +185,7 @@ mod solve {
         let n = start.len();
         let mut solver = Nlopt::new(Algorithm::Slsqp, n, objective, Goal::Minimize, ());
         let tolerances = vec![0.0; problem.forms.len()];
-        let ready = solver.set_lower_bounds(&vec![0.0; n]).is_ok()
-            && solver.set_upper_bounds(&vec![1.0; n]).is_ok()
-            && solver.set_maxeval(engine.evaluations).is_ok()
-            && solver.set_ftol_rel(CHANGE).is_ok()
+        let ready = prepare(&mut solver, n, engine.evaluations.unwrap_or(2000))
             && (problem.forms.is_empty()
                 || solver
                     .add_inequality_mconstraint(problem.forms.len(), constraints, (), &tolerances)
@@ -202,20 +210,27 @@ mod solve {
         let count = Cell::new(0);
         let objective = |x: &[f64], _: Option<&mut [f64]>, (): &mut ()| {
             count.set(count.get() + 1);
-            monitor.stop();
+            if monitor.stop() {
+                return REACHED;
+            }
             target.value(&problem.chart.unknowns(&units.coordinates(x)))
         };
         let n = start.len();
         let mut solver = Nlopt::new(Algorithm::Sbplx, n, objective, Goal::Minimize, ());
-        let ready = solver.set_lower_bounds(&vec![0.0; n]).is_ok()
-            && solver.set_upper_bounds(&vec![1.0; n]).is_ok()
-            && solver.set_maxeval(engine.evaluations).is_ok()
-            && solver.set_ftol_rel(CHANGE).is_ok();
         let mut x = units.scaled(&start);
-        if ready {
+        if prepare(&mut solver, n, engine.evaluations.unwrap_or(200_000)) {
             let _ = solver.optimize(&mut x);
         }
         (units.coordinates(&x), count.get())
+    }
+
+    /// Bounds and limits; `false` when the solver refuses one.
+    fn prepare<F: ObjFn<()>>(solver: &mut Nlopt<F, ()>, size: usize, evaluations: u32) -> bool {
+        solver.set_lower_bounds(&vec![0.0; size]).is_ok()
+            && solver.set_upper_bounds(&vec![1.0; size]).is_ok()
+            && solver.set_maxeval(evaluations).is_ok()
+            && solver.set_ftol_rel(CHANGE).is_ok()
+            && solver.set_stopval(0.5 * REACHED).is_ok()
     }
 
     /// Search coordinates in units of their bounds' distance.

@@ -9,6 +9,7 @@ mod retrieval;
 mod statics;
 
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -18,6 +19,8 @@ use crate::error::{Error, Result};
 use crate::identify::BaseParameters;
 use crate::model_file::ModelFile;
 use crate::report::Report;
+use crate::retrieval::checkpoint::Checkpoint;
+use crate::retrieval::{Step, Watch};
 use crate::robot::Robot;
 use crate::scenario::{Logs, Published, Scenario};
 use crate::text;
@@ -32,6 +35,21 @@ pub struct Options<'a> {
     pub seed: Option<u64>,
     /// Told what is being done.
     pub progress: &'a mut dyn FnMut(&str),
+    /// Told how far an engine is; may ask it to stop and keep its best.
+    pub watch: &'a Watch<'a>,
+    /// Where engines keep finished runs while they work; removed when the study is done.
+    pub checkpoint: Option<Checkpoint>,
+}
+
+impl<'a> Options<'a> {
+    /// The scenario as it stands, never stopped, without checkpoints.
+    pub fn new(progress: &'a mut dyn FnMut(&str)) -> Self {
+        Self { data: Vec::new(), seed: None, progress, watch: &go_on, checkpoint: None }
+    }
+}
+
+fn go_on(_: &Step) -> ControlFlow<()> {
+    ControlFlow::Continue(())
 }
 
 /// What a study gives.
@@ -44,6 +62,8 @@ pub struct Outcome {
     pub model: Option<ModelFile>,
     /// The identified coefficients, where `model` has retrieved ones.
     pub identified: Option<ModelFile>,
+    /// Whether an engine was asked to stop; what it had found by then stands in the report.
+    pub stopped: bool,
 }
 
 /// A study on its way.
@@ -54,6 +74,9 @@ struct Study<'a> {
     seed: u64,
     data: Vec<PathBuf>,
     progress: &'a mut dyn FnMut(&str),
+    watch: &'a Watch<'a>,
+    checkpoint: Option<Checkpoint>,
+    stopped: bool,
     timing: BTreeMap<String, f64>,
     warnings: Vec<String>,
 }
@@ -110,6 +133,9 @@ impl<'a> Study<'a> {
             scenario,
             data: options.data,
             progress: options.progress,
+            watch: options.watch,
+            checkpoint: options.checkpoint,
+            stopped: false,
             timing: BTreeMap::new(),
             warnings: Vec::new(),
         };
@@ -164,7 +190,7 @@ impl Study<'_> {
             warnings: self.warnings,
             timing: self.timing,
         };
-        Ok(Outcome { report, model, identified })
+        Ok(Outcome { report, model, identified, stopped: self.stopped })
     }
 
     fn timed<T>(&mut self, step: &str, work: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {

@@ -1,6 +1,6 @@
 //! Retrieval of feasible link parameters: every engine on the same problem, one audit for all.
 
-use std::ops::ControlFlow;
+use std::collections::BTreeSet;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -77,6 +77,8 @@ impl Study<'_> {
         if self.scenario.engines.is_empty() {
             return Ok(None);
         }
+        let mut engines = std::mem::take(&mut self.scenario.engines);
+        self.make_ready(&mut engines)?;
         let (space, objective) = match self.scenario.objective {
             Objective::Coefficients => self.coefficient_distance(poses, moving)?,
             Objective::Torque => self.torque_error(moving)?,
@@ -86,23 +88,63 @@ impl Study<'_> {
             return Ok(Some(FromEngines::nothing(space, conflict)));
         }
         let problem = self.problem(&space, objective, forms)?;
-        let engines = std::mem::take(&mut self.scenario.engines);
-        let mut results: Vec<(String, Retrieved)> = Vec::new();
-        for engine in &engines {
+        let results = self.run_engines(&engines, &problem)?;
+        Ok(Some(self.judged(space, problem, &engines, &results)))
+    }
+
+    /// Whether the engines can run, found out before the first one does.
+    fn make_ready(&self, engines: &mut [Box<dyn RetrievalEngine>]) -> Result<()> {
+        let mut labels = BTreeSet::new();
+        for engine in engines.iter_mut() {
             engine.available()?;
+            if !labels.insert(engine.label().to_string()) {
+                return Err(Error::new(format!("two engines are called `{}`", engine.label()))
+                    .help("give each a `label` of its own"));
+            }
+            if [GIVEN, CHOSEN].contains(&engine.label()) {
+                return Err(Error::new(format!("`{}` is a name of reports", engine.label()))
+                    .help("give the engine another `label`"));
+            }
+            engine.set_checkpoint(self.checkpoint.clone());
+        }
+        match self.checkpoint.as_ref().filter(|c| c.resume) {
+            Some(c) if !labels.iter().any(|label| c.file(label).is_file()) => {
+                let known: Vec<String> = labels.into_iter().collect();
+                Err(Error::new(format!("there is no checkpoint of {} to go on from", known.join(", ")))
+                    .in_file(&c.folder)
+                    .help("give the folder that the interrupted study wrote to, or start without --resume"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// One engine after the other, until one is asked to stop.
+    fn run_engines(
+        &mut self,
+        engines: &[Box<dyn RetrievalEngine>],
+        problem: &Problem,
+    ) -> Result<Vec<(String, Retrieved)>> {
+        let mut results: Vec<(String, Retrieved)> = Vec::new();
+        for engine in engines {
             let label = engine.label().to_string();
-            let reserved = [GIVEN, CHOSEN].contains(&label.as_str());
-            if reserved || results.iter().any(|(l, _)| *l == label) {
-                return Err(Error::new(format!("two rows of the comparison are called `{label}`"))
-                    .help("give each engine a `label` of its own; `given` and `chosen` are taken"));
+            if self.stopped {
+                self.warn(format!("stopped before {label} was run"));
+                continue;
             }
             self.say(&format!("retrieving link parameters with {label}"));
             let start = std::time::Instant::now();
-            let found = engine.retrieve(&problem, &|_| ControlFlow::Continue(()))?;
+            let found = engine.retrieve(problem, self.watch)?;
             self.timing.insert(label.clone(), start.elapsed().as_secs_f64());
+            if found.stopped {
+                self.stopped = true;
+                self.warn(format!("{label}: {}", found.status));
+            }
             results.push((label, found));
         }
-        Ok(Some(self.judged(space, problem, &engines, &results)))
+        if let Some(checkpoint) = self.checkpoint.as_ref().filter(|_| !self.stopped) {
+            results.iter().try_for_each(|(label, _)| checkpoint.discard(label))?;
+        }
+        Ok(results)
     }
 
     /// All results by the one audit, the robot file's own inertias among them.
@@ -134,9 +176,8 @@ impl Study<'_> {
 
     fn problem(&mut self, space: &LinkSpace, objective: Quadratic, forms: Vec<Form>) -> Result<Problem> {
         let search = search_space(&self.robot, space, &self.scenario.constraints)?;
-        if let [first, rest @ ..] = search.assumed.as_slice() {
-            let others = if rest.is_empty() { String::new() } else { format!(" and {} more", rest.len()) };
-            self.warn(format!("no constraint bounds the search, so wide limits are taken: {first}{others}"));
+        if !search.assumed.is_empty() {
+            self.warn(unbounded(&search.assumed));
         }
         let chart = Box::new(search.chart);
         Ok(Problem { space: space.space.clone(), objective, forms, chart, seed: self.seed })
@@ -279,4 +320,14 @@ pub(super) fn judge(
             .collect(),
         constraints: audit.constraints,
     }
+}
+
+/// A warning that names the first coordinates whose bounds had to be assumed.
+fn unbounded(assumed: &[String]) -> String {
+    let shown = assumed.iter().take(4).cloned().collect::<Vec<_>>().join(", ");
+    let more = match assumed.len() {
+        0..=4 => String::new(),
+        n => format!(" and {} more", n - 4),
+    };
+    format!("no constraint bounds the search everywhere, so it was assumed: {shown}{more}")
 }

@@ -1,0 +1,83 @@
+//! Retrievals that cannot work, and what the command line answers.
+
+use std::path::Path;
+use std::process::Command;
+
+/// Exit code, standard output and standard error of a study of the Panda with these entries.
+fn study(entries: &str) -> (Option<i32>, String, String) {
+    let folder = tempfile::tempdir().expect("a folder");
+    for file in ["robots/panda.ron", "scenarios/panda_table3.ron", "scenarios/panda_bounds.ron"] {
+        let name = Path::new(file).file_name().expect("a name");
+        std::fs::copy(file, folder.path().join(name)).expect("shipped files copy");
+    }
+    let scenario = format!(
+        r#"(robot: "panda.ron", drop_above_percent: 30.0,
+            poses: ReadOut(coefficients: "panda_table3.ron", count: 200, noise_percent: 0.0315),
+            {entries})"#
+    );
+    std::fs::write(folder.path().join("study.ron"), scenario).expect("writes");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lacuna"));
+    let output =
+        command.current_dir(&folder).args(["scenario", "study.ron", "--quiet"]).output().expect("runs");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code(), text(&output.stdout), text(&output.stderr))
+}
+
+/// The study is refused with a message that has all these parts.
+fn refused(entries: &str, parts: &[&str]) {
+    let (code, _, message) = study(entries);
+    assert_eq!(code, Some(2), "{entries}: {message}");
+    for part in parts {
+        assert!(message.contains(part), "{entries}: {message}");
+    }
+}
+
+#[test]
+fn settings_that_make_no_sense_are_refused() {
+    let bounds = r#"presets: ["panda_bounds.ron"]"#;
+    refused(&format!(r#"{bounds}, engines: [{{"penalty": (runs: 0)}}]"#), &["no runs", "at least 1"]);
+    refused(
+        &format!(r#"{bounds}, engines: [{{"penalty_paper": (stages: 0)}}]"#),
+        &["no stages", "at least 1"],
+    );
+    refused(&format!(r#"{bounds}, engines: [{{"penalty_paper": (cooling: 2.0)}}]"#), &["cooling", "0.95"]);
+    refused(&format!(r#"{bounds}, engines: [{{"penalty": (run: 5)}}]"#), &["study.ron:3:", "run"]);
+    refused(
+        &format!(r#"{bounds}, engines: [{{"penalty": ()}}, {{"penalty": ()}}]"#),
+        &["two engines", "label"],
+    );
+}
+
+#[test]
+#[cfg(not(feature = "nlopt"))]
+fn an_engine_that_is_not_built_in_says_how_to_get_it() {
+    refused(
+        r#"engines: [{"penalty": (runs: 1)}, {"nlopt": ()}]"#,
+        &["not part of this build", "--features nlopt"],
+    );
+}
+
+#[test]
+fn bounds_that_leave_nothing_are_refused() {
+    let swapped =
+        r#"constraints: [{"parameter_bounds": (bounds: {"m1": (2.0, 1.0)})}], engines: [{"penalty": ()}]"#;
+    refused(swapped, &["study.ron:3:", "lower limit 2 is above the upper limit 1"]);
+    let beyond = r#"presets: ["panda_bounds.ron"],
+        constraints: [{"parameter_bounds": (bounds: {"m1": (11.0, 12.0)})}], engines: [{"penalty": ()}]"#;
+    // Each makes sense by itself: that they leave nothing is an answer, not a slip of the pen.
+    let (code, shown, message) = study(beyond);
+    assert_eq!(code, Some(1), "{message}");
+    for part in ["no parameters satisfy these constraints together", "m1 >= 11 kg", "m1 <= 10 kg"] {
+        assert!(shown.contains(part), "{shown}");
+    }
+}
+
+#[test]
+fn an_empty_list_of_constraints_is_no_constraint() {
+    let (code, shown, message) = study(
+        r#"constraints: [], engines: [{"penalty": (runs: 1)}, {"penalty_paper": (runs: 1, stages: 2)}]"#,
+    );
+    assert_eq!(code, Some(0), "{message}");
+    assert!(shown.contains("0 of 0 constraints active"), "{shown}");
+    assert!(shown.contains("it was assumed: m1 from"), "{shown}");
+}
