@@ -152,8 +152,8 @@ impl Study<'_> {
         let moving = logs.fitted.as_ref();
         let mut engines = self.timed("retrieval", |s| s.retrieve(poses.as_ref(), moving))?;
         let leeway = match &mut engines {
-            Some(engines) => self.timed("leeway", |s| s.leeway(engines))?,
-            None => Leeway::default(),
+            Some(engines) if !self.stopped => self.timed("leeway", |s| s.leeway(engines))?,
+            _ => Leeway::default(),
         };
         let comparison = match &engines {
             Some(engines) => self.compare(engines, &logs, &friction)?,
