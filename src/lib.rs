@@ -22,6 +22,7 @@ pub mod retrieval;
 pub mod robot;
 pub mod scenario;
 pub mod signals;
+pub mod simulate;
 pub mod space;
 pub mod study;
 pub mod text;

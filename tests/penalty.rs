@@ -234,5 +234,5 @@ fn engines_read_from_a_scenario_by_name() {
     assert_eq!(engine.expect("reads").label(), "mine");
     assert_eq!(read(r#"{"penalty_paper": ()}"#).expect("reads").label(), "penalty_paper");
     let typo = read(r#"{"penalty": (run: 3)}"#).expect_err("a typo");
-    assert!(typo.message().contains("runs"), "{typo}");
+    assert!(typo.to_string().contains("`runs`"), "{typo}");
 }

@@ -5,8 +5,9 @@ use std::time::Instant;
 
 use lacuna::excitation::{FourierMotion, Motion, Ramped, panda_table_ii};
 use lacuna::plant::{
-    Controller, CoulombFriction, ForwardDynamics, Gains, Moment, PerJoint, Plant, PlantEffect, Reader,
-    Sensors, SigmoidFriction, Simulation, TorqueOffset, ViscousFriction, WorldFrame, toys,
+    Controller, CoulombFriction, ForwardDynamics, Gains, Method, Moment, PerJoint, Plant, PlantEffect,
+    PreslidingHysteresis, Reader, Sensors, SigmoidFriction, Simulation, TorqueOffset, ViscousFriction,
+    WorldFrame, toys,
 };
 use lacuna::robot::{InertialParameters, JointKind, Pose, Robot};
 use lacuna::{Error, Result};
@@ -198,6 +199,61 @@ fn chosen_steps_are_small_enough() -> Result<()> {
         println!("{}: {} steps, {apart:e}", plant.robot.name, chosen.sub_steps);
         assert!(apart < 1e-5, "{}: {apart:e} with {} steps", plant.robot.name, chosen.sub_steps);
     }
+    Ok(())
+}
+
+#[test]
+fn implicit_steps_of_a_millisecond_agree_with_small_explicit_ones() -> Result<()> {
+    // Steep friction, presliding and feedback, on every kind of robot.
+    for robot in [panda(), toys::seven_joint(), toys::branched(), toys::cart_pole()] {
+        let motion = FourierMotion::random(&robot, 3, 4, 6.0, 0.5)?;
+        let mut plant = Plant::new(robot)?
+            .with_effect(ViscousFriction { coefficients: PerJoint::all(0.2) })
+            .with_effect(CoulombFriction { levels: PerJoint::all(0.2), width: 0.02 })
+            .with_effect(PreslidingHysteresis::dahl(PerJoint::all(0.1), PerJoint::all(300.0)));
+        let start = Instant::now();
+        let exact = plant.simulate(&motion, 2.0, 0)?;
+        let middle = Instant::now();
+        plant.method = Method::Implicit;
+        let quick = plant.simulate(&motion, 2.0, 0)?;
+        println!(
+            "{}: {} steps in {:.3} s, {} in {:.3} s",
+            plant.robot.name,
+            exact.sub_steps,
+            (middle - start).as_secs_f64(),
+            quick.sub_steps,
+            middle.elapsed().as_secs_f64()
+        );
+        let apart = |a: &[Vec<f64>], b: &[Vec<f64>]| {
+            a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
+        };
+        let (q, dq) = (apart(&exact.truth.q, &quick.truth.q), apart(&exact.truth.dq, &quick.truth.dq));
+        println!("  apart by {q:e} rad, {dq:e} rad/s");
+        assert!(q < 2e-5 && dq < 2e-3, "{}: {q:e} {dq:e}", plant.robot.name);
+    }
+    Ok(())
+}
+
+#[test]
+fn implicit_steps_converge_with_order_two() -> Result<()> {
+    let mut plant = Plant::new(toys::two_link())?
+        .with_effect(ViscousFriction { coefficients: PerJoint::all(0.5) })
+        .with_effect(SigmoidFriction {
+            phi1: PerJoint::all(0.8),
+            phi2: PerJoint::all(8.0),
+            phi3: PerJoint::all(0.02),
+        });
+    plant.method = Method::Implicit;
+    let motion = FourierMotion::random(&plant.robot, 3, 3, 4.0, 0.5)?;
+    let mut end = |steps: usize| -> Result<Vec<f64>> {
+        plant.sub_steps = Some(steps);
+        let truth = plant.simulate(&motion, 1.0, 0)?.truth;
+        Ok(truth.q.iter().chain(&truth.dq).map(|x| x[x.len() - 1]).collect())
+    };
+    let (one, two, four) = (end(1)?, end(2)?, end(4)?);
+    let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| (x - y).powi(2)).sum::<f64>().sqrt();
+    let order = (apart(&one, &two) / apart(&two, &four)).log2();
+    assert!((order - 2.0).abs() < 0.3, "order {order}");
     Ok(())
 }
 

@@ -81,3 +81,13 @@ fn an_empty_list_of_constraints_is_no_constraint() {
     assert!(shown.contains("0 of 0 constraints active"), "{shown}");
     assert!(shown.contains("it was assumed: m1 from"), "{shown}");
 }
+
+#[test]
+fn contradictory_constraints_are_a_negative_answer() {
+    let (code, shown, message) = study(
+        r#"presets: ["panda_bounds.ron"], constraints: [{"total_mass": (min: 90.0, max: 95.0)}],
+            engines: [{"penalty": (runs: 2, stages: 2)}]"#,
+    );
+    assert_eq!(code, Some(1), "{message}");
+    assert!(shown.contains("total mass >= 90 kg"), "{shown}");
+}

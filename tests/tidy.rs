@@ -41,6 +41,21 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("kernels", vec!["robot", "linalg"]),
         ("excitation", vec!["robot", "random"]),
         ("plant", vec!["robot", "random", "excitation", "log"]),
+        (
+            "simulate",
+            vec![
+                "robot",
+                "log",
+                "excitation",
+                "random",
+                "plant",
+                "scenario",
+                "signals",
+                "effects",
+                "identify",
+                "model",
+            ],
+        ),
         ("effects", vec!["robot", "kernels", "signals"]),
         ("model", vec!["robot", "kernels", "signals", "effects", "identify"]),
         ("identify", vec!["robot", "kernels", "linalg", "log", "signals", "effects", "model"]),
@@ -62,6 +77,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
                 "robot",
                 "scenario",
                 "signals",
+                "simulate",
                 "study",
                 "constraints",
                 "random",
@@ -112,6 +128,16 @@ fn the_plant_shares_no_code_with_what_is_fitted() {
         let text = fs::read_to_string(&path).expect("reads");
         for forbidden in ["crate::kernels", "crate::effects", "crate::model", "crate::identify"] {
             assert!(!text.contains(forbidden), "{} uses {forbidden}", path.display());
+        }
+    }
+}
+
+#[test]
+fn only_the_simulation_knows_where_the_truth_lies() {
+    for path in rust_files("src").into_iter().filter(|p| !p.starts_with("src/simulate")) {
+        let text = fs::read_to_string(&path).expect("reads");
+        for word in ["\"truth\"", "\"truth/", "/truth\"", "/truth/", "plant.ron"] {
+            assert!(!text.contains(word), "{} knows {word}", path.display());
         }
     }
 }

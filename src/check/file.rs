@@ -10,6 +10,7 @@ use crate::log::{ColumnMap, Log, StaticPoses};
 use crate::model_file::ModelFile;
 use crate::robot::Robot;
 use crate::scenario::{Published, PublishedFriction};
+use crate::simulate;
 use crate::text;
 
 /// What may be given beside the file.
@@ -49,6 +50,7 @@ fn examine(path: &Path, options: &Options, report: &mut Report) -> Result<()> {
         Kind::Model => model(path, options, report),
         Kind::Coefficients => coefficients(path, options, report),
         Kind::Friction => friction(path, options, report),
+        Kind::Experiment => experiment(path, report),
         Kind::Script => {
             report.remarks.push("scripts come with a later version; this one reads none".into());
             Ok(())
@@ -199,6 +201,22 @@ fn friction(path: &Path, options: &Options, report: &mut Report) -> Result<()> {
     report.next = vec!["in a scenario: friction: (published: \"..\")".into()];
     let Some(robot) = needed_robot(options, "its joints", report)? else { return Ok(()) };
     published.parameters(robot.dof()).map(|_| ()).map_err(|e| e.in_file(path))
+}
+
+fn experiment(path: &Path, report: &mut Report) -> Result<()> {
+    let (experiment, plant) = simulate::open(path, None)?;
+    let seconds: f64 = experiment.logs.iter().map(|log| log.duration_s + 2.0 * log.ramp_s).sum();
+    let lines = vec![
+        format!("of robot `{}`, with {} effects in all logs", plant.robot.name, plant.effects.len()),
+        format!(
+            "{} logs, {seconds:.1} s in all, every {} s",
+            experiment.logs.len(),
+            plant.sensors.sampling_time_s
+        ),
+    ];
+    report.sections.push(Section::wrapped("plant", lines));
+    report.next = vec![format!("lacuna simulate {} --out DIR", path.display())];
+    Ok(())
 }
 
 fn coefficients(path: &Path, options: &Options, report: &mut Report) -> Result<()> {

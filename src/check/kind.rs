@@ -34,6 +34,8 @@ pub enum Kind {
     Friction,
     /// Script.
     Script,
+    /// Plant and logs to simulate.
+    Experiment,
 }
 
 impl Kind {
@@ -50,6 +52,7 @@ impl Kind {
             Self::Coefficients => "published coefficients",
             Self::Friction => "published sigmoid friction",
             Self::Script => "a script",
+            Self::Experiment => "a plant to simulate",
         }
     }
 }
@@ -80,6 +83,22 @@ const FIELDS: [(Kind, &[&str]); 6] = [
             "engines",
             "intervals",
             "choice",
+        ],
+    ),
+    (
+        Kind::Experiment,
+        &[
+            "robot",
+            "logs",
+            "effects",
+            "seed",
+            "gravity",
+            "parameters",
+            "controller",
+            "sensors",
+            "method",
+            "decimals",
+            "exact_motion",
         ],
     ),
     (Kind::Model, &["lacuna", "robot", "origin", "signals", "effects", "parameters"]),

@@ -8,6 +8,7 @@ mod export;
 mod interrupt;
 mod list;
 mod scenario;
+mod simulate;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -91,6 +92,11 @@ enum Command {
     Export(export::Export),
     /// Inverse dynamics with the robot file's own inertias, as CSV on stdout.
     Dynamics(dynamics::Dynamics),
+    /// Make measurements of a described plant: hidden effects, controller, sensors, noise.
+    Simulate {
+        /// Description of plant and logs (RON).
+        file: PathBuf,
+    },
 }
 
 /// Runs the command line; the result is the process's exit code: 0 done, 1 the answer is negative,
@@ -107,6 +113,7 @@ pub(crate) fn run() -> ExitCode {
         Command::List { what, name } => list::run(&what, name.as_deref(), &arguments.global),
         Command::Export(export) => export.run(&arguments.global),
         Command::Dynamics(dynamics) => dynamics.run(&arguments.global),
+        Command::Simulate { file } => simulate::run(&file, &arguments.global, &console),
     });
     console.clear();
     match answer {

@@ -11,11 +11,13 @@ mod read;
 mod source;
 mod statics;
 mod table;
+mod write;
 
 pub use columns::{
     AngleUnit, ColumnId, ColumnMap, Columns, LengthUnit, Motion, Others, Time, TimeUnit, Torque, TorqueUnit,
 };
 pub use statics::StaticPoses;
+pub use write::Decimals;
 
 use std::collections::BTreeMap;
 use std::io::Read;

@@ -166,12 +166,14 @@ impl PlantEffect for RotorInertia {
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Kinematics, toys};
     use super::*;
 
     fn load(effect: &dyn PlantEffect, dq: &[f64]) -> Vec<f64> {
         let zero = vec![0.0; dq.len()];
         let mut load = zero.clone();
-        effect.add_load(&Moment { t: 0.0, q: &zero, dq, tau: &zero, own: &[] }, &mut load);
+        let arm = Kinematics::new(&toys::seven_joint()).expect("a robot");
+        effect.add_load(&Moment { t: 0.0, q: &zero, dq, tau: &zero, own: &[], arm: &arm }, &mut load);
         load
     }
 

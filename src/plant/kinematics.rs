@@ -86,6 +86,35 @@ impl Kinematics {
         }
         poses
     }
+
+    /// Adds to `out` the joint torques [N m, N] that a force \[N\] (base frame) at `point` \[m\] of link `link`
+    /// (its frame) makes at positions `q` [rad, m].
+    ///
+    /// # Panics
+    /// When there is no such link or a slice is shorter than [`Kinematics::dof`].
+    pub fn add_push(
+        &self,
+        q: &[f64],
+        link: usize,
+        point: &Vector3<f64>,
+        force: &Vector3<f64>,
+        out: &mut [f64],
+    ) {
+        let poses = self.poses(q);
+        let at = poses[link].rotation * point + poses[link].translation;
+        let mut next = Some(link);
+        while let Some(i) = next {
+            let joint = &self.joints[i];
+            let foot = joint.parent.map_or(joint.before, |p| poses[p].then(&joint.before));
+            let axis = foot.rotation * joint.axis;
+            let way = match joint.kind {
+                JointKind::Revolute => axis.cross(&(at - foot.translation)),
+                JointKind::Prismatic => axis,
+            };
+            out[i] += way.dot(force);
+            next = joint.parent;
+        }
+    }
 }
 
 fn check_order(robot: &Robot) -> Result<()> {

@@ -8,9 +8,11 @@ mod articulated;
 mod controller;
 mod effect;
 mod friction;
+mod implicit;
 mod integrate;
 mod kinematics;
 mod per_joint;
+mod physics;
 mod sensors;
 mod simulation;
 mod survey;
@@ -19,18 +21,38 @@ mod world;
 
 pub use articulated::ForwardDynamics;
 pub use controller::{Controller, Gains};
-pub use effect::{Moment, PlantEffect};
+pub use effect::{Moment, Observed, OwnSlope, PlantEffect};
 pub use friction::{CoulombFriction, RotorInertia, SigmoidFriction, TorqueOffset, ViscousFriction};
 pub use integrate::RungeKutta4;
 pub use kinematics::Kinematics;
 pub use per_joint::PerJoint;
+pub use physics::{
+    AsymmetricFriction, Backlash, BaseTilt, ContactForce, CoupledFriction, Factor, FrictionDrift,
+    JointElasticity, JointSpring, JointZeroError, LoadDependentFriction, NonlinearViscousFriction, Payload,
+    PositionDependentFriction, PreslidingHysteresis, Product, StribeckFriction, ThermalFriction, TimeDelay,
+    TorqueDrift, TorqueGain, TorqueRipple,
+};
 pub use sensors::{Reader, Sensors};
 pub use simulation::{Row, Simulation, Truth};
 pub use world::{Energy, WorldFrame};
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::{Error, Result};
 use crate::excitation::Motion;
 use crate::robot::Robot;
+
+/// How the motion is integrated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Method {
+    /// The classical Runge-Kutta method of order four: accurate to many digits, with steps as small as the
+    /// steepest friction asks for.
+    #[default]
+    RungeKutta,
+    /// A Rosenbrock method of order two that takes friction, presliding and feedback implicitly: steps of a
+    /// millisecond whatever the friction, and positions right to some microradians.
+    Implicit,
+}
 
 /// A robot as it "really" is, with everything an experiment needs.
 #[derive(Debug)]
@@ -45,7 +67,9 @@ pub struct Plant {
     pub controller: Controller,
     /// What is measured.
     pub sensors: Sensors,
-    /// Integration steps between two samples; by default as many as the stiffness of the plant asks for.
+    /// How the motion is integrated.
+    pub method: Method,
+    /// Integration steps between two samples; by default as many as method and plant ask for.
     pub sub_steps: Option<usize>,
 }
 
@@ -62,7 +86,15 @@ impl Plant {
     /// `robot` with other inertial parameters (ten per link); otherwise like [`Plant::new`].
     pub fn with_parameters(robot: Robot, parameters: Vec<f64>) -> Self {
         let (controller, sensors) = (Controller::default(), Sensors::default());
-        Self { robot, parameters, effects: vec![], controller, sensors, sub_steps: None }
+        Self {
+            robot,
+            parameters,
+            effects: vec![],
+            controller,
+            sensors,
+            method: Method::default(),
+            sub_steps: None,
+        }
     }
 
     /// The same plant with one more effect.
@@ -87,11 +119,42 @@ impl Plant {
     /// When settings do not fit the robot, the plant is too stiff for its sampling time, or the simulation
     /// diverges (the message says when).
     pub fn simulate(&self, motion: &dyn Motion, duration: f64, seed: u64) -> Result<Simulation> {
-        self.check(motion, duration)?;
-        simulation::run(self, motion, duration, seed)
+        self.simulate_with(&[], motion, duration, seed)
     }
 
-    fn check(&self, motion: &dyn Motion, duration: f64) -> Result<()> {
+    /// As [`Plant::simulate`], with further effects in this run only.
+    ///
+    /// # Errors
+    /// As [`Plant::simulate`].
+    pub fn simulate_with(
+        &self,
+        more: &[Box<dyn PlantEffect>],
+        motion: &dyn Motion,
+        duration: f64,
+        seed: u64,
+    ) -> Result<Simulation> {
+        let more: Vec<&dyn PlantEffect> = more.iter().map(AsRef::as_ref).collect();
+        self.simulate_among(&more, motion, duration, seed)
+    }
+
+    /// As [`Plant::simulate_with`], with effects that lie elsewhere.
+    ///
+    /// # Errors
+    /// As [`Plant::simulate`].
+    pub fn simulate_among(
+        &self,
+        more: &[&dyn PlantEffect],
+        motion: &dyn Motion,
+        duration: f64,
+        seed: u64,
+    ) -> Result<Simulation> {
+        let own = self.effects.iter().map(AsRef::as_ref);
+        let effects: Vec<&dyn PlantEffect> = own.chain(more.iter().copied()).collect();
+        self.check(&effects, motion, duration)?;
+        simulation::run(self, &effects, motion, duration, seed)
+    }
+
+    fn check(&self, effects: &[&dyn PlantEffect], motion: &dyn Motion, duration: f64) -> Result<()> {
         let n = self.robot.dof();
         if motion.dof() != n {
             return Err(Error::new(format!("the `motion` is of {} joints, the robot has {n}", motion.dof()))
@@ -104,7 +167,16 @@ impl Plant {
             return Err(Error::new("no integration steps between two samples")
                 .help("give at least one in `sub_steps`, or leave it out"));
         }
-        self.effects.iter().try_for_each(|effect| effect.check(n))?;
+        self.check_settings(effects)
+    }
+
+    /// Refuses settings of controller, sensors and `effects` that do not fit the robot.
+    ///
+    /// # Errors
+    /// As said.
+    pub fn check_settings(&self, effects: &[&dyn PlantEffect]) -> Result<()> {
+        let n = self.robot.dof();
+        effects.iter().try_for_each(|effect| effect.check(n))?;
         self.controller.check(n)?;
         self.sensors.check(n)
     }

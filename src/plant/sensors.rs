@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::per_joint::PerJoint;
-use super::{Truth, simulation::Row};
+use super::{Observed, Truth, simulation::Row};
 use crate::error::{Error, Result};
 use crate::log::Log;
 use crate::random::Stream;
@@ -22,6 +22,11 @@ pub struct Sensors {
     pub velocity_noise: PerJoint,
     /// Standard deviation of white noise on torques [N m, N].
     pub torque_noise: PerJoint,
+    /// Standard deviation of slow noise on torques: a first-order process that forgets in `torque_wander_s`
+    /// [N m, N].
+    pub torque_wander: PerJoint,
+    /// How long slow noise on torques remembers \[s\].
+    pub torque_wander_s: f64,
     /// Whether velocities are logged at all.
     pub log_velocity: bool,
     /// A reader with its own clock; without it every sample becomes one row with its exact time.
@@ -53,6 +58,8 @@ impl Default for Sensors {
             position_step: none(),
             velocity_noise: none(),
             torque_noise: none(),
+            torque_wander: none(),
+            torque_wander_s: 0.08,
             log_velocity: true,
             reader: None,
         }
@@ -81,6 +88,8 @@ impl Sensors {
         self.position_step.check_not_negative("`position_step`", dof)?;
         self.velocity_noise.check_not_negative("`velocity_noise`", dof)?;
         self.torque_noise.check_not_negative("`torque_noise`", dof)?;
+        self.torque_wander.check_not_negative("`torque_wander`", dof)?;
+        positive("torque_wander_s", self.torque_wander_s)?;
         let Some(reader) = &self.reader else { return Ok(()) };
         positive("period_s", reader.period_s)?;
         positive("stall_s", reader.stall_s)?;
@@ -92,11 +101,11 @@ impl Sensors {
         Err(Error::new(what).help("give a jitter from 0 to 0.5 and a chance from 0 to 1"))
     }
 
-    /// Writes down what the sensors say of `truth`, and which sample each row holds.
+    /// Writes down what the sensors say of what they see (`seen`) of `truth`, and which sample each row holds.
     ///
     /// Every channel and the reader draw from their own random stream of `seed`, so that noise on one
     /// channel does not change when another is switched on.
-    pub(super) fn record(&self, name: &str, truth: &Truth, seed: u64) -> (Log, Vec<Row>) {
+    pub(super) fn record(&self, name: &str, truth: &Truth, seen: &Observed, seed: u64) -> (Log, Vec<Row>) {
         let n = truth.q.len();
         let rows = match &self.reader {
             Some(reader) => reader.read(truth.t.len(), self.sampling_time_s, Stream::new(seed, 0)),
@@ -111,15 +120,39 @@ impl Sensors {
             exact.iter().enumerate().map(channel).collect::<Vec<Vec<f64>>>()
         };
         let smooth = PerJoint::default();
+        let tau: Vec<Vec<f64>> =
+            seen.tau.iter().enumerate().map(|(j, tau)| self.wandering(j, n, tau, seed)).collect();
+        let pick = |channel: &Vec<f64>| rows.iter().map(|row| channel[row.sample]).collect();
         let log = Log {
             name: name.into(),
             t: rows.iter().map(|row| row.stamp).collect(),
-            q: channels(0, &truth.q, &self.position_noise, &self.position_step),
-            dq: self.log_velocity.then(|| channels(1, &truth.dq, &self.velocity_noise, &smooth)),
-            tau: channels(2, &truth.tau, &self.torque_noise, &smooth),
+            q: channels(0, &seen.q, &self.position_noise, &self.position_step),
+            dq: self.log_velocity.then(|| channels(1, &seen.dq, &self.velocity_noise, &smooth)),
+            tau: channels(2, &tau, &self.torque_noise, &smooth),
+            channels: truth.channels.iter().map(|(name, x)| (name.clone(), pick(x))).collect(),
             ..Log::default()
         };
         (log, rows)
+    }
+
+    /// The torque of joint `j` of `n` with slow noise, from a stream behind those of the white noises.
+    fn wandering(&self, j: usize, n: usize, exact: &[f64], seed: u64) -> Vec<f64> {
+        let deviation = self.torque_wander.of(j);
+        if !(deviation > 0.0) {
+            return exact.to_vec();
+        }
+        let mut stream = Stream::new(seed, 1 + 3 * n + j);
+        let keep = libm::exp(-self.sampling_time_s / self.torque_wander_s);
+        let fresh = deviation * (1.0 - keep * keep).sqrt();
+        let mut noise = deviation * stream.normal();
+        exact
+            .iter()
+            .map(|x| {
+                let seen = x + noise;
+                noise = keep * noise + fresh * stream.normal();
+                seen
+            })
+            .collect()
     }
 }
 
@@ -167,7 +200,13 @@ mod tests {
             ddq: columns(0.0),
             tau: columns(3.0),
             load: columns(0.0),
+            ..Truth::default()
         }
+    }
+
+    fn seen(truth: &Truth) -> Observed {
+        let (q, dq, tau) = (truth.q.clone(), truth.dq.clone(), truth.tau.clone());
+        Observed { dt: 1e-3, q, dq, transmitted: tau.clone(), tau }
     }
 
     fn deviation(x: &[f64]) -> (f64, f64) {
@@ -189,7 +228,7 @@ mod tests {
             ..Sensors::default()
         };
         let truth = still(2, 50_000);
-        let (log, _) = sensors.record("noise", &truth, 9);
+        let (log, _) = sensors.record("noise", &truth, &seen(&truth), 9);
         let dq = log.dq.as_ref().expect("velocities are logged");
         for (x, mean, sd) in [
             (&log.q[0], 0.5, 1e-4),
@@ -213,8 +252,8 @@ mod tests {
         let truth = still(2, 100);
         let only_torque = Sensors { torque_noise: PerJoint::all(0.1), ..Sensors::default() };
         let both = Sensors { position_noise: PerJoint::all(0.1), ..only_torque.clone() };
-        let (a, _) = only_torque.record("a", &truth, 4);
-        let (b, _) = both.record("b", &truth, 4);
+        let (a, _) = only_torque.record("a", &truth, &seen(&truth), 4);
+        let (b, _) = both.record("b", &truth, &seen(&truth), 4);
         assert_eq!(a.tau, b.tau);
         assert_ne!(a.q, b.q);
         assert_eq!(a.q, truth.q);
@@ -228,7 +267,7 @@ mod tests {
             log_velocity: false,
             ..Sensors::default()
         };
-        let (log, _) = sensors.record("steps", &still(1, 5000), 2);
+        let (log, _) = sensors.record("steps", &still(1, 5000), &seen(&still(1, 5000)), 2);
         assert!(log.dq.is_none());
         assert!(log.q[0].iter().all(|x| (x / 2.4e-4 - (x / 2.4e-4).round()).abs() < 1e-9));
         let (_, sd) = deviation(&log.q[0]);
@@ -241,7 +280,7 @@ mod tests {
         let mut truth = still(1, 20_000);
         truth.q[0] = truth.t.clone();
         let sensors = Sensors { reader: Some(Reader::default()), ..Sensors::default() };
-        let (log, rows) = sensors.record("reader", &truth, 3);
+        let (log, rows) = sensors.record("reader", &truth, &seen(&truth), 3);
         assert!(log.t.windows(2).all(|w| w[0] < w[1]), "stamps go forwards");
         let lag = |k: usize| log.t[k] - log.q[0][k];
         assert!(
@@ -267,5 +306,17 @@ mod tests {
         assert!(Sensors { reader: Some(jumpy), ..base.clone() }.check(2).is_err());
         let error = ron::from_str::<Sensors>("(torque_nose: [0.1])").expect_err("a typo");
         assert!(error.to_string().contains("torque_nose"), "{error}");
+    }
+
+    #[test]
+    fn slow_noise_has_its_size_and_memory() {
+        let sensors = Sensors { torque_wander: PerJoint::all(0.2), ..Sensors::default() };
+        let truth = still(1, 200_000);
+        let (log, _) = sensors.record("slow", &truth, &seen(&truth), 5);
+        let (mean, sd) = deviation(&log.tau[0]);
+        // 200 s hold about 1250 independent pieces of 0.16 s: four standard errors of each.
+        assert!((mean - 3.0).abs() < 0.023 && (sd / 0.2 - 1.0).abs() < 0.08, "{mean} {sd}");
+        let after = correlation(&log.tau[0][80..], &log.tau[0][..199_920]);
+        assert!((after - (-1.0_f64).exp()).abs() < 0.09, "after 80 ms: {after}");
     }
 }

@@ -2,7 +2,7 @@
 
 use super::controller::{Reference, Tuned};
 use super::effect::{Moment, PlantEffect};
-use super::{ForwardDynamics, WorldFrame};
+use super::{ForwardDynamics, Kinematics, WorldFrame};
 use crate::excitation::Motion;
 
 /// Instants looked at.
@@ -17,8 +17,11 @@ pub(super) struct Survey {
     pub(super) friction: Vec<f64>,
     /// Diagonal of the inverse mass matrix at every instant looked at.
     mobility: Vec<Vec<f64>>,
-    /// Steepest slopes of the effects.
+    /// Steepest slopes of the effects over velocity, and over position.
     slope: Vec<f64>,
+    stiffness: Vec<f64>,
+    /// How fast the effects' own states forget \[1/s\].
+    own_rate: f64,
 }
 
 impl Survey {
@@ -26,15 +29,20 @@ impl Survey {
     pub(super) fn along(
         motion: &dyn Motion,
         duration: f64,
-        effects: &[Box<dyn PlantEffect>],
+        effects: &[&dyn PlantEffect],
+        arm: &Kinematics,
         dynamics: &mut ForwardDynamics,
         world: &mut WorldFrame,
     ) -> Self {
         let n = motion.dof();
         let zero = vec![0.0; n];
-        let mut survey =
-            Self { inertia: zero.clone(), friction: zero.clone(), mobility: vec![], slope: zero.clone() };
-        effects.iter().for_each(|effect| effect.add_steepest_slope(&mut survey.slope));
+        let [inertia, friction, slope, stiffness] = std::array::from_fn(|_| zero.clone());
+        let mut survey = Self { inertia, friction, mobility: vec![], slope, stiffness, own_rate: 0.0 };
+        for effect in effects {
+            effect.add_steepest_slope(&mut survey.slope);
+            effect.add_stiffness(&mut survey.stiffness);
+            survey.own_rate = survey.own_rate.max(effect.fastest_own_rate());
+        }
         let mut at = Reference::new(n);
         for k in 0..LOOKS {
             let t = duration * k as f64 / (LOOKS - 1) as f64;
@@ -42,7 +50,8 @@ impl Survey {
             let mut load = zero.clone();
             for effect in effects {
                 let own = vec![0.0; effect.states(n)];
-                effect.add_load(&Moment { t, q: &at.q, dq: &at.dq, tau: &zero, own: &own }, &mut load);
+                let now = Moment { t, q: &at.q, dq: &at.dq, tau: &zero, own: &own, arm };
+                effect.add_load(&now, &mut load);
             }
             let inertia = world.joint_inertia(&at.q);
             for j in 0..n {
@@ -63,10 +72,10 @@ impl Survey {
             let (mut damping, mut stiffness) = (0.0, 0.0);
             for (j, m) in mobility.iter().enumerate() {
                 damping += m * (control.loops[j].damping + self.slope[j]);
-                stiffness += m * control.loops[j].stiffness;
+                stiffness += m * (control.loops[j].stiffness + self.stiffness[j]);
             }
             f64::max(damping, stiffness.sqrt())
         };
-        self.mobility.iter().map(rate).fold(0.0, f64::max)
+        self.mobility.iter().map(rate).fold(self.own_rate, f64::max)
     }
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
-use crate::excitation::{FourierMotion, Motion, Ramped, panda_table_ii};
+use crate::excitation::Ramped;
 use crate::identify::{
     Errors, Evidence, Fit, Settled, Weighting, fit, fit_huber, held_out, relative_deviations, settle,
     with_robust_sd,
@@ -14,8 +14,9 @@ use crate::model_file::ModelFile;
 use crate::plant::Plant;
 use crate::predict::{predict, prediction_errors};
 use crate::report::{Coefficient, Identification, Validation, finite, joint_errors};
-use crate::scenario::{Commanded, HoldOut, Logs, Simulated};
+use crate::scenario::{HoldOut, Logs, Simulated};
 use crate::signals::{Folds, Rows, Run, prepare};
+use crate::simulate;
 
 use super::{Study, too_few_rows};
 
@@ -124,24 +125,13 @@ impl Study<'_> {
         };
         let Simulated { motion, duration_s, ramp_s, effects, controller, sensors } = *simulated;
         self.say(&format!("simulating {} s of motion", duration_s + 2.0 * ramp_s));
-        let motion = self.commanded(motion)?;
+        let motion = simulate::motion(&self.robot, &motion, self.seed)?;
         let ramped = Ramped::new(motion, duration_s, ramp_s)?;
         let mut plant = Plant::new(self.robot.clone())?;
         (plant.effects, plant.controller, plant.sensors) = (effects, controller, sensors);
         let mut log = plant.simulate(&ramped, ramped.total_s(), self.seed)?.log;
         log.name = "simulated run".to_string();
         Ok(log)
-    }
-
-    fn commanded(&self, motion: Commanded) -> Result<Box<dyn Motion>> {
-        Ok(match motion {
-            Commanded::Fourier(motion) => Box::new(motion),
-            Commanded::Sinusoidal(motion) => Box::new(motion),
-            Commanded::PandaTableII => Box::new(panda_table_ii()),
-            Commanded::Random { harmonics, period_s, amplitude } => {
-                Box::new(FourierMotion::random(&self.robot, self.seed, harmonics, period_s, amplitude)?)
-            }
-        })
     }
 
     fn prepare_all(&mut self, logs: &[Log]) -> Result<Prepared> {

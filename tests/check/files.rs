@@ -16,6 +16,7 @@ fn files_are_recognised_and_problems_have_their_place() -> Result<()> {
         ("scenarios/panda_table3.ron", Kind::Coefficients),
         ("columns/ur_rtde.ron", Kind::ColumnMap),
         ("tests/fixtures/logs/two_link.csv", Kind::Log),
+        ("tests/mystery_plants/one.ron", Kind::Experiment),
     ] {
         let report = file(&root.join(name), &none);
         println!("{}", report.text());

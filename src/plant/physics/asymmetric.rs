@@ -1,0 +1,58 @@
+use serde::{Deserialize, Serialize};
+
+use super::effect::{Moment, PlantEffect};
+use super::{PerJoint, check_positive, smooth_sign, usual_width};
+use crate::error::Result;
+
+/// Friction that differs between the two directions of motion:
+/// `viscous dq + coulomb` forwards, `viscous dq - coulomb` backwards, each direction with its own numbers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AsymmetricFriction {
+    /// Load per velocity forwards [N m s/rad, N s/m].
+    #[serde(default)]
+    pub viscous_forward: PerJoint,
+    /// Load per velocity backwards [N m s/rad, N s/m].
+    #[serde(default)]
+    pub viscous_backward: PerJoint,
+    /// Size of dry friction forwards [N m, N].
+    #[serde(default)]
+    pub coulomb_forward: PerJoint,
+    /// Size of dry friction backwards [N m, N].
+    #[serde(default)]
+    pub coulomb_backward: PerJoint,
+    /// Velocity at which one direction has taken over from the other by 76 % [rad/s, m/s].
+    #[serde(default = "usual_width")]
+    pub width: f64,
+}
+
+#[typetag::serde(name = "asymmetric_friction")]
+impl PlantEffect for AsymmetricFriction {
+    fn check(&self, dof: usize) -> Result<()> {
+        check_positive("the width of asymmetric friction", self.width)?;
+        for numbers in
+            [&self.viscous_forward, &self.viscous_backward, &self.coulomb_forward, &self.coulomb_backward]
+        {
+            numbers.check_not_negative("asymmetric friction", dof)?;
+        }
+        Ok(())
+    }
+
+    fn add_load(&self, now: &Moment, load: &mut [f64]) {
+        for (j, load) in load.iter_mut().enumerate() {
+            let (v, sign) = (now.dq[j], smooth_sign(now.dq[j], self.width));
+            let forward = self.viscous_forward.of(j) * v + self.coulomb_forward.of(j);
+            let backward = self.viscous_backward.of(j) * v - self.coulomb_backward.of(j);
+            *load += 0.5 * (1.0 + sign) * forward + 0.5 * (1.0 - sign) * backward;
+        }
+    }
+
+    fn add_steepest_slope(&self, slope: &mut [f64]) {
+        for (j, slope) in slope.iter_mut().enumerate() {
+            let (forward, backward) = (self.viscous_forward.of(j), self.viscous_backward.of(j));
+            let dry = 0.5 * (self.coulomb_forward.of(j) + self.coulomb_backward.of(j)) / self.width;
+            // Where the directions change over, their difference is passed within a few widths.
+            *slope += dry + forward.max(backward) + 0.25 * (forward - backward).abs();
+        }
+    }
+}

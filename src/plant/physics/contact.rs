@@ -1,0 +1,64 @@
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use super::effect::{Moment, PlantEffect};
+use super::{check_finite, check_positive, joint_index};
+use crate::error::{Error, Result};
+
+/// Something pushes against a link for a while, with a constant force on the robot in the base frame.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ContactForce {
+    /// Force on the robot, base frame \[N\].
+    pub force: [f64; 3],
+    /// When it begins \[s\].
+    pub from_s: f64,
+    /// When it has ended \[s\].
+    pub to_s: f64,
+    /// Time in which it comes and goes \[s\].
+    #[serde(default = "ContactForce::quick")]
+    pub rise_s: f64,
+    /// Where it acts, in the link's frame \[m\].
+    #[serde(default)]
+    pub point: [f64; 3],
+    /// Number of the joint whose link it acts on, from 1; the last one when not given.
+    #[serde(default)]
+    pub link: Option<usize>,
+}
+
+impl ContactForce {
+    fn quick() -> f64 {
+        0.02
+    }
+
+    /// How much of the force acts at time `t`: from 0 to 1 along a cubic, and back.
+    fn part(&self, t: f64) -> f64 {
+        let s = ((t - self.from_s).min(self.to_s - t) / self.rise_s).clamp(0.0, 1.0);
+        s * s * (3.0 - 2.0 * s)
+    }
+}
+
+#[typetag::serde(name = "contact_force")]
+impl PlantEffect for ContactForce {
+    fn check(&self, dof: usize) -> Result<()> {
+        check_positive("the rise time of the contact force", self.rise_s)?;
+        check_finite("the contact force", &self.force)?;
+        check_finite("the contact force", &self.point)?;
+        joint_index("the contact force", self.link.unwrap_or(dof), dof)?;
+        if self.from_s.is_finite() && self.to_s.is_finite() && self.from_s < self.to_s {
+            return Ok(());
+        }
+        Err(Error::new(format!("a contact from {} s to {} s", self.from_s, self.to_s))
+            .help("`from_s` must lie before `to_s`"))
+    }
+
+    fn add_load(&self, now: &Moment, load: &mut [f64]) {
+        let part = self.part(now.t);
+        if part > 0.0 {
+            let link = self.link.unwrap_or(load.len()) - 1;
+            // What pushes the robot along spares its drives the same.
+            let force = -part * Vector3::from(self.force);
+            now.arm.add_push(now.q, link, &self.point.into(), &force, load);
+        }
+    }
+}

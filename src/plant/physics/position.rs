@@ -1,0 +1,100 @@
+//! Loads that depend on where a joint stands.
+
+use serde::{Deserialize, Serialize};
+
+use super::effect::{Moment, PlantEffect};
+use super::{PerJoint, check_positive, smooth_sign, usual_width};
+use crate::error::Result;
+
+/// A spring across the joint, such as a bundle of cables: `stiffness (q - rest)`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JointSpring {
+    /// Stiffness [N m/rad, N/m].
+    pub stiffness: PerJoint,
+    /// Where it does not pull [rad, m].
+    #[serde(default)]
+    pub rest: PerJoint,
+}
+
+#[typetag::serde(name = "joint_spring")]
+impl PlantEffect for JointSpring {
+    fn check(&self, dof: usize) -> Result<()> {
+        self.stiffness.check("the stiffness of a joint spring", dof)?;
+        self.rest.check("the rest position of a joint spring", dof)
+    }
+
+    fn add_load(&self, now: &Moment, load: &mut [f64]) {
+        for (j, load) in load.iter_mut().enumerate() {
+            *load += self.stiffness.of(j) * (now.q[j] - self.rest.of(j));
+        }
+    }
+}
+
+/// A load that repeats along the turn of a joint, as cogging and gear errors make it:
+/// `amplitude sin(harmonic q + phase)`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TorqueRipple {
+    /// Amplitude [N m, N].
+    pub amplitudes: PerJoint,
+    /// Periods per turn.
+    pub harmonics: PerJoint,
+    /// Phase \[rad\].
+    #[serde(default)]
+    pub phases: PerJoint,
+}
+
+#[typetag::serde(name = "torque_ripple")]
+impl PlantEffect for TorqueRipple {
+    fn check(&self, dof: usize) -> Result<()> {
+        self.amplitudes.check("the amplitude of a torque ripple", dof)?;
+        self.harmonics.check_not_negative("the harmonic of a torque ripple", dof)?;
+        self.phases.check("the phase of a torque ripple", dof)
+    }
+
+    fn add_load(&self, now: &Moment, load: &mut [f64]) {
+        for (j, load) in load.iter_mut().enumerate() {
+            *load += self.amplitudes.of(j) * libm::sin(self.harmonics.of(j) * now.q[j] + self.phases.of(j));
+        }
+    }
+}
+
+/// Dry friction that varies along the turn of a joint: `level tanh(dq / width) sin(harmonic q + phase)`.
+///
+/// It belongs beside Coulomb friction of at least the same level; alone it would drive the joint.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PositionDependentFriction {
+    /// Amplitude of the variation [N m, N].
+    pub levels: PerJoint,
+    /// Periods per turn.
+    pub harmonics: PerJoint,
+    /// Phase \[rad\].
+    #[serde(default)]
+    pub phases: PerJoint,
+    /// Velocity at which 76 % of the sign is reached [rad/s, m/s].
+    #[serde(default = "usual_width")]
+    pub width: f64,
+}
+
+#[typetag::serde(name = "position_dependent_friction")]
+impl PlantEffect for PositionDependentFriction {
+    fn check(&self, dof: usize) -> Result<()> {
+        check_positive("the width of position-dependent friction", self.width)?;
+        self.levels.check_not_negative("position-dependent friction", dof)?;
+        self.harmonics.check_not_negative("the harmonic of position-dependent friction", dof)?;
+        self.phases.check("the phase of position-dependent friction", dof)
+    }
+
+    fn add_load(&self, now: &Moment, load: &mut [f64]) {
+        for (j, load) in load.iter_mut().enumerate() {
+            let wave = libm::sin(self.harmonics.of(j) * now.q[j] + self.phases.of(j));
+            *load += self.levels.of(j) * smooth_sign(now.dq[j], self.width) * wave;
+        }
+    }
+
+    fn add_steepest_slope(&self, slope: &mut [f64]) {
+        slope.iter_mut().enumerate().for_each(|(j, slope)| *slope += self.levels.of(j) / self.width);
+    }
+}
