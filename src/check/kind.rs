@@ -61,7 +61,7 @@ impl Kind {
 const HEAD: u64 = 1 << 16;
 
 /// Outermost fields by which RON files are told apart.
-const FIELDS: [(Kind, &[&str]); 6] = [
+const FIELDS: [(Kind, &[&str]); 7] = [
     (Kind::DenavitHartenberg, &["convention", "rows", "gravity", "frames", "angles", "name"]),
     (
         Kind::Scenario,
