@@ -3,6 +3,7 @@
 pub mod check;
 pub mod conformance;
 pub mod constraints;
+pub mod diagnose;
 pub mod effects;
 pub mod error;
 pub mod excitation;
@@ -21,6 +22,7 @@ pub mod report;
 pub mod retrieval;
 pub mod robot;
 pub mod scenario;
+pub mod script;
 pub mod signals;
 pub mod simulate;
 pub mod space;

@@ -54,7 +54,10 @@ impl Model {
             let rigid = effect.about().name == "rigid_body";
             let found = rigid.then(|| BaseParameters::new(robot));
             let mut slot = vec![None; terms.len()];
-            for (term, about) in terms.into_iter().enumerate() {
+            for (term, mut about) in terms.into_iter().enumerate() {
+                if !effect.shapes().is_empty() {
+                    about.symbol = unused(&columns, about.symbol);
+                }
                 let expression = match &found {
                     None => about.symbol.clone(),
                     Some(found) => match found.pivots.iter().position(|&p| p == term) {
@@ -141,6 +144,15 @@ impl Model {
         }
         Ok(())
     }
+}
+
+/// `symbol`, or `symbol'`, `symbol''` where it is taken: an effect with a shape may stand there again with
+/// another one (two waves of torque ripple on one joint).
+fn unused(columns: &[Column], mut symbol: String) -> String {
+    while columns.iter().any(|c| c.about.symbol == symbol) {
+        symbol.push('\'');
+    }
+    symbol
 }
 
 /// Columns of a model over a stretch of samples, joint by joint: `joints[j]` holds the columns of

@@ -17,7 +17,7 @@ use crate::excitation::{FourierMotion, SinusoidalVelocity};
 use crate::identify::{Search, Weighting};
 use crate::plant::{Controller, PlantEffect, Sensors};
 use crate::retrieval::{RetrievalEngine, Slack};
-use crate::signals::Settings;
+use crate::signals::{Folds, Rows, Run, Settings};
 use crate::text;
 
 /// Most static read-outs that a scenario may ask for.
@@ -247,6 +247,21 @@ pub enum HoldOut {
     },
 }
 
+impl HoldOut {
+    /// The folds of these runs.
+    ///
+    /// # Errors
+    /// When the runs are too short to hold anything out.
+    pub fn folds(self, runs: &[Run]) -> Result<Folds> {
+        let rows: Vec<Rows> = runs.iter().map(Run::rows).collect();
+        match self {
+            Self::Auto => Folds::choose(&runs.iter().collect::<Vec<_>>()),
+            Self::SamePhase { period_s, folds } => Folds::same_phase(&rows, period_s, folds),
+            Self::Contiguous { block_s, folds } => Folds::contiguous(&rows, block_s, folds),
+        }
+    }
+}
+
 /// The friction path.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -301,8 +316,19 @@ impl Scenario {
                     Error::new("`logs` names no file to fit").help("list at least one CSV under `fit`")
                 );
             }
+            Some(Logs::Files { fit, validate, .. }) => {
+                if let Some(both) = validate.iter().find(|file| fit.contains(file)) {
+                    return Err(Error::new(format!(
+                        "`{}` stands under `fit` and under `validate`",
+                        both.display()
+                    ))
+                    .help(
+                        "validate with a log that is not fitted; folds are held out of fitted logs anyway",
+                    ));
+                }
+            }
             Some(Logs::Simulated(simulated)) => simulated.check()?,
-            _ => {}
+            None => {}
         }
         if let Some(friction) = &self.friction {
             if self.logs.is_none() {

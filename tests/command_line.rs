@@ -2,7 +2,6 @@
 //! any number of threads.
 
 #[path = "command_line/folder.rs"]
-#[allow(dead_code, reason = "the tests of bad input use the rest")]
 mod folder;
 
 use std::io::{BufRead, BufReader};
@@ -78,6 +77,49 @@ fn a_reader_that_leaves_early_is_no_error() {
     let output = child.wait_with_output().expect("it ends");
     assert_eq!(first, "tau1,tau2\n");
     assert_eq!((output.status.code(), output.stderr.as_slice()), (Some(0), &b""[..]));
+}
+
+/// Engines with random starts on several threads, and one without.
+const RETRIEVED: &str = "(
+    robot: \"arm.ron\",
+    logs: Simulated((motion: Random(harmonics: 3, period_s: 2, amplitude: 0.5), duration_s: 6)),
+    constraints: [{\"positive_mass\": ()}, {\"triangle_inequality\": ()}, {\"total_mass\": (min: 2, max: 2.5)}],
+    engines: [{\"penalty\": (runs: 4)}, {\"lmi\": ()}],
+)";
+
+#[test]
+fn engines_give_the_same_bits_on_any_number_of_threads() {
+    let folder = Folder::new();
+    folder.write("retrieved.ron", RETRIEVED);
+    let run = |jobs: &str| {
+        let answer = folder.run(&["scenario", "retrieved.ron", "--jobs", jobs, "--out", jobs]);
+        assert_ne!(answer.code, Some(2), "{}", answer.err);
+        let text = std::fs::read_to_string(folder.path(jobs).join("report.json")).expect("written");
+        text.split("\"timing\"").next().unwrap_or_default().to_owned()
+    };
+    let (one, two) = (run("1"), run("2"));
+    assert!(one == two, "threads change what engines find");
+    let links = one.matches("\"mass\"").count();
+    assert!(links >= 4 && one.contains("\"engine\": \"lmi\""), "{links} masses in {one}");
+}
+
+#[test]
+fn engines_are_listed_and_explained() {
+    let folder = Folder::new();
+    let all = folder.run(&["list", "engines"]).out;
+    assert!(all.lines().all(|line| line.chars().count() <= 80), "{all}");
+    for name in ["penalty", "penalty_paper", "lmi", "nlopt"] {
+        assert!(all.lines().any(|line| line.starts_with(&format!("{name} "))), "{all}");
+        let one = folder.run(&["list", "engines", name]);
+        assert!(one.code == Some(0) && one.out.contains("  label: not set"), "{}{}", one.out, one.err);
+        assert!(one.out.lines().all(|line| line.chars().count() <= 80), "{}", one.out);
+        assert_eq!(json(&folder.run(&["list", "engines", name, "--json"]))["name"], name);
+    }
+    folder.refused(
+        &["list", "engines", "lmy"],
+        "no engine called `lmy`",
+        &["penalty, penalty_paper, lmi, nlopt"],
+    );
 }
 
 /// A study with every step: poses, simulated log, robust fit, filtered columns, folds, friction path.

@@ -256,8 +256,8 @@ fn model(robot: &Robot, parameters: &[f64]) -> ModelFile {
         Box::new(TorqueOffset::default()),
     ];
     let links = parameters.iter().enumerate().map(|(i, &x)| value(parameter_name(i), x));
-    let friction =
-        (1..=robot.dof()).flat_map(|j| [value(format!("fv{j}"), 0.5), value(format!("fc{j}"), 0.25)]);
+    let friction = (1..=robot.dof())
+        .flat_map(|j| [("fv", 0.5), ("fc", 0.25), ("fo", 0.125)].map(|(s, x)| value(format!("{s}{j}"), x)));
     ModelFile {
         lacuna: "test".into(),
         robot: robot.name.clone(),

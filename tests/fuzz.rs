@@ -268,10 +268,12 @@ proptest! {
         weighting in prop::sample::select(vec!["Ordinary", "Joint", "Huber"]),
     ) {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        std::fs::write(folder.path().join("log.csv"), log(kind, joints, rows, dt)).expect("writes");
+        for name in ["log.csv", "again.csv"] {
+            std::fs::write(folder.path().join(name), log(kind, joints, rows, dt)).expect("writes");
+        }
         std::fs::write(folder.path().join("arm.ron"), robot(joints, prismatic, 1.57, -9.81)).expect("writes");
         let scenario = format!(
-            "(robot: \"arm.ron\", logs: Files(fit: [\"log.csv\"], validate: [\"log.csv\"]), signals: {signals}, \
+            "(robot: \"arm.ron\", logs: Files(fit: [\"log.csv\"], validate: [\"again.csv\"]), signals: {signals}, \
              effects: {effects}, weighting: {weighting}, drop_above_percent: 30)"
         );
         check_finite(run(folder.path(), &scenario))?;

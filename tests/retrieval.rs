@@ -49,7 +49,7 @@ fn has_data() -> bool {
 #[test]
 fn exact_coefficients_leave_the_two_link_robots_masses_open_and_the_choice_decides() {
     let out = folder("two-link");
-    let (report, text) = study("scenarios/two_link.ron", &out);
+    let (report, text) = study("scenarios/two_link_intervals.ron", &out);
     let interval = |name: &str| {
         let all = report["intervals"].as_array().expect("a list");
         let found = all.iter().find(|i| i["parameter"] == name).expect("it is listed");

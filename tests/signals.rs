@@ -210,14 +210,15 @@ fn parallel_rows_match_torque_filtered_trimmed_and_decimated() {
 #[test]
 fn settings_that_do_not_fit_the_log_say_so() {
     let log = even_log(1000, 10);
-    for settings in [
-        Settings { band_hz: 50.0, ..Settings::default() },
-        Settings { trim_s: 5.0, ..Settings::default() },
-        Settings { order: 12, ..Settings::default() },
-    ] {
+    for settings in
+        [Settings { band_hz: 50.0, ..Settings::default() }, Settings { trim_s: 5.0, ..Settings::default() }]
+    {
         let error = prepare(&log, &settings).expect_err("must be refused").to_string();
         assert!(error.contains("simulated.csv") && error.contains("help"), "{error}");
     }
+    // What no log can mend is not blamed on the log.
+    let steep = prepare(&log, &Settings { order: 12, ..Settings::default() }).expect_err("must be refused");
+    assert!(steep.place().is_none() && steep.message().contains("`order` is 12"), "{steep}");
     assert!(prepare(&Log::default(), &Settings::default()).is_err());
     assert!(prepare(&even_log(2, 1), &Settings::default()).is_err());
 }

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::report::{Problem, Report, Section};
-use super::{Kind, LogFacts, RobotFacts, fields, kind, log, log_against_robot, scenario};
+use super::{Kind, LogFacts, RobotFacts, fields, kind, log, log_against_robot, scenario, script};
+use crate::constraints::{LinkSpace, forms, open};
 use crate::error::{Error, Result};
 use crate::identify::BaseParameters;
 use crate::log::{ColumnMap, Log, StaticPoses};
@@ -16,7 +17,7 @@ use crate::text;
 /// What may be given beside the file.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
-    /// Robot to check a log, poses, a model or coefficients against.
+    /// Robot to check a log, poses, a model, coefficients or a script against.
     pub robot: Option<PathBuf>,
     /// Log to check a robot against.
     pub data: Option<PathBuf>,
@@ -50,11 +51,9 @@ fn examine(path: &Path, options: &Options, report: &mut Report) -> Result<()> {
         Kind::Model => model(path, options, report),
         Kind::Coefficients => coefficients(path, options, report),
         Kind::Friction => friction(path, options, report),
+        Kind::Constraints => constraints(path, options, report),
         Kind::Experiment => experiment(path, report),
-        Kind::Script => {
-            report.remarks.push("scripts come with a later version; this one reads none".into());
-            Ok(())
-        }
+        Kind::Script => script::examine(path, options, report),
     }
 }
 
@@ -231,5 +230,27 @@ fn coefficients(path: &Path, options: &Options, report: &mut Report) -> Result<(
         let count = base.rank() - published.coefficients.len();
         report.remarks.push(format!("{count} of the robot's base parameters are not published: taken as 0"));
     }
+    Ok(())
+}
+
+fn constraints(path: &Path, options: &Options, report: &mut Report) -> Result<()> {
+    let all = open(path)?;
+    report.next = vec![format!("in a scenario: presets: [\"{}\"]", path.display())];
+    let robot = needed_robot(options, "its links and parameters", report)?;
+    let mut lines = Vec::new();
+    for constraint in all {
+        let about = constraint.about();
+        let conditions = match &robot {
+            None => String::new(),
+            Some(robot) => {
+                let one = forms(robot, &LinkSpace::new(robot, &[]), std::slice::from_ref(&constraint));
+                let one = one.map_err(|e| text::placed(e, path))?;
+                let convex = if one.iter().all(|form| form.is_convex()) { "convex" } else { "not convex" };
+                format!(" ({} conditions, {convex})", one.len())
+            }
+        };
+        lines.push(format!("{}: {}{conditions}", about.name, about.title));
+    }
+    report.sections.push(Section::wrapped("constraints", lines));
     Ok(())
 }

@@ -32,7 +32,9 @@ pub enum Kind {
     Coefficients,
     /// Published sigmoid friction.
     Friction,
-    /// Script.
+    /// List of constraints.
+    Constraints,
+    /// Script of constraints.
     Script,
     /// Plant and logs to simulate.
     Experiment,
@@ -51,7 +53,8 @@ impl Kind {
             Self::Model => "a finished model",
             Self::Coefficients => "published coefficients",
             Self::Friction => "published sigmoid friction",
-            Self::Script => "a script",
+            Self::Constraints => "a list of constraints",
+            Self::Script => "a script of constraints",
             Self::Experiment => "a plant to simulate",
         }
     }
@@ -143,6 +146,10 @@ pub fn recognise(path: &Path) -> Result<Kind> {
 }
 
 fn ron(path: &Path, text: &str) -> Result<Kind> {
+    let code = text.lines().map(str::trim_start).find(|line| !line.is_empty() && !line.starts_with("//"));
+    if code.is_some_and(|line| line.starts_with('[')) {
+        return Ok(Kind::Constraints);
+    }
     let fields = outer_fields(text);
     let hits = |known: &[&str]| fields.iter().filter(|f| known.contains(&f.name)).count();
     let best = FIELDS.iter().rev().max_by_key(|(_, known)| hits(known)).filter(|(_, known)| hits(known) > 0);
@@ -183,6 +190,6 @@ pub(super) fn head(path: &Path) -> Result<Vec<u8>> {
 fn unknown(path: &Path) -> Error {
     Error::new("this is no file that is known here").in_file(path).at(1, 1).help(
         "known are robots (URDF, or RON with `convention` and `rows`), scenarios (RON with `robot`), logs and \
-         static poses (CSV with a header), column maps, models and coefficients (RON)",
+         static poses (CSV with a header), column maps, models, coefficients and lists of constraints (RON)",
     )
 }

@@ -108,7 +108,7 @@ impl LogFacts {
                 .filter(|l| l.contains("clock") || l.contains("diff(q)"))
                 .map(|l| l.trim().to_string()),
         );
-        let width = self.joints.iter().map(|j| j.name.chars().count()).max().unwrap_or(0).clamp(5, 12);
+        let width = self.joints.iter().map(|j| j.name.chars().count()).max().unwrap_or(0).clamp(5, 20);
         lines.push(format!(
             "{:<width$} {:>17} {:>15} {:>10}  {}",
             "joint", "q rad (m)", "degrees", "max |tau|", "diff(q)/dq"

@@ -12,6 +12,7 @@ mod pair;
 mod report;
 mod robot;
 mod scenario;
+mod script;
 
 pub use file::{Options, file};
 pub use kind::{Kind, recognise};

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::{Findings, Kind, LogFacts, RobotFacts, Severity};
+use crate::constraints::Explanation;
 use crate::error::Error;
 use crate::report::wrap;
 
@@ -23,6 +24,8 @@ pub struct Report {
     pub robot: Option<RobotFacts>,
     /// Facts of the logs.
     pub logs: Vec<LogFacts>,
+    /// What a script of constraints means for a robot.
+    pub script: Option<Explanation>,
     /// Other facts and what the file will do, by heading.
     pub sections: Vec<Section>,
     /// Each log against the robot, by the log's name.
@@ -97,6 +100,7 @@ impl Report {
             remarks: Vec::new(),
             robot: None,
             logs: Vec::new(),
+            script: None,
             sections: Vec::new(),
             against_robot: Vec::new(),
             next: Vec::new(),
@@ -124,6 +128,7 @@ impl Report {
             // The robot's own check lists its base parameters.
             sections.truncate(1);
         }
+        sections.extend(self.script.iter().flat_map(super::script::sections));
         sections.extend(self.sections.iter().cloned());
         sections.extend(self.logs.iter().map(LogFacts::section));
         sections.extend(self.against_robot.iter().map(|(name, f)| against(name, f)));

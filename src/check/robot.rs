@@ -105,30 +105,32 @@ impl RobotFacts {
         let title = format!("{count} base parameters (all that joint torque can reveal)");
         vec![
             Section::wrapped("robot", lines),
-            Section::table("joints (axis in the base frame at zero position)", self.table()),
+            Section::table("joints (on: carried by; axis in the base frame at zero position)", self.table()),
             Section::wrapped(title, self.base_parameters.clone()),
         ]
     }
 
     fn table(&self) -> Vec<String> {
-        let width = self.joints.iter().map(|j| j.name.chars().count()).max().unwrap_or(0).clamp(5, 14);
+        let width = self.joints.iter().map(|j| j.name.chars().count()).max().unwrap_or(0).clamp(5, 19);
         let mut lines = vec![format!(
-            "{:<width$}  kind  {:<8} {:>17} {:>16} {:>7}",
+            "    {:<width$}  kind  {:>4} {:>17} {:>15} {:>7}",
             "name", "on", "axis", "range rad, m", "kg"
         )];
-        for j in &self.joints {
+        for (i, j) in self.joints.iter().enumerate() {
+            let parent = self.joints.iter().position(|k| k.name == j.parent);
             let limit = |x: Option<f64>| x.map_or("-".to_string(), |x| number(x, 3));
             let range = match j.position {
                 [None, None] => "no limits".to_string(),
                 [low, high] => format!("{}..{}", limit(low), limit(high)),
             };
             lines.push(format!(
-                "{:<width$}  {}  {:<8} {:>17} {:>16} {:>7}",
+                "{:>2}  {:<width$}  {}  {:>4} {:>17} {:>15} {:>7}",
+                i + 1,
                 cut(&j.name, width),
                 if j.kind == "revolute" { "turn" } else { "push" },
-                cut(&j.parent, 8),
-                cut(&j.axis.map(|a| number(a, 3)).join(" "), 17),
-                cut(&range, 16),
+                parent.map_or("base".to_string(), |p| (p + 1).to_string()),
+                cut(&j.axis.map(|a| number(a, 2)).join(" "), 17),
+                cut(&range, 15),
                 j.mass.map_or("-".to_string(), |m| format!("{m:.3}")),
             ));
         }

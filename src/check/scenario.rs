@@ -4,15 +4,21 @@ use std::path::{Path, PathBuf};
 
 use super::file::{Options, against, describe, open_robot};
 use super::report::{Problem, Report, Section};
+use crate::constraints::{self, LinkSpace};
 use crate::error::{Error, Result};
 use crate::identify::BaseParameters;
+use crate::identify::Weighting;
 use crate::log::{ColumnMap, StaticPoses};
+use crate::model::Model;
 use crate::robot::Robot;
-use crate::scenario::{Logs, Poses, Published, PublishedFriction, Scenario};
+use crate::scenario::{Choice, HoldOut, Logs, Objective, Poses, Published, PublishedFriction, Scenario};
+use crate::signals::{ClockChoice, VelocityFrom};
+use crate::space::Parameter;
 use crate::text;
 
 /// A scenario being looked at.
 struct Look<'a> {
+    path: &'a Path,
     folder: PathBuf,
     options: &'a Options,
     report: &'a mut Report,
@@ -20,7 +26,7 @@ struct Look<'a> {
 
 pub(super) fn examine(path: &Path, options: &Options, report: &mut Report) -> Result<()> {
     // Read without its own checks first, so that what it names is looked at even where these fail.
-    let scenario: Scenario = text::from_ron(&text::read(path)?).map_err(|e| e.in_file(path))?;
+    let mut scenario: Scenario = text::from_ron(&text::read(path)?).map_err(|e| e.in_file(path))?;
     if let Err(error) = Scenario::open(path) {
         report.problems.push(Problem::new(error, true));
     }
@@ -28,10 +34,11 @@ pub(super) fn examine(path: &Path, options: &Options, report: &mut Report) -> Re
     report.sections.push(Section::wrapped("signal step", signals(&scenario)));
     report.next = vec![format!("lacuna scenario {}", path.display())];
     let folder = path.parent().unwrap_or(Path::new(".")).to_path_buf();
-    let mut look = Look { folder, options, report };
+    let mut look = Look { path, folder, options, report };
     let gravity = options.gravity.or(scenario.gravity);
     let robot = look.robot(&scenario, gravity);
     look.files(&scenario, robot.as_ref());
+    look.constraints(&mut scenario, robot.as_ref().map(|(r, _)| r));
     if !look.report.problems.is_empty() {
         look.report.next = vec!["mend what is marked x, and check again".into()];
     }
@@ -49,23 +56,27 @@ fn steps(scenario: &Scenario) -> Vec<String> {
         None => {}
     }
     let effects: Vec<&str> = scenario.effects.iter().map(|e| e.about().name).collect();
-    let fit = format!("fit {} ({:?} least squares)", effects.join(" + "), scenario.weighting);
+    let weighting = match scenario.weighting {
+        Weighting::Ordinary => "ordinary least squares",
+        Weighting::Joint => "least squares, joints weighed by their residuals",
+        Weighting::Huber => "robust least squares",
+    };
+    let fit = format!("fit {} ({weighting})", effects.join(" + "));
     match &scenario.logs {
         Some(Logs::Files { fit: files, validate, .. }) => {
             let names: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
             if !names.is_empty() {
                 lines.push(format!("{fit} to {}", names.join(", ")));
-                lines.push(format!("hold rows out: {:?}", scenario.hold_out));
+                lines.push(held_out(scenario.hold_out));
             }
             lines.extend(validate.iter().map(|f| format!("predict {}, never fitted", f.display())));
         }
         Some(Logs::Simulated(s)) => {
-            let physics = s.effects.len();
-            lines.push(format!(
-                "simulate {} s of motion with {physics} effects beside rigid links",
-                s.duration_s
-            ));
-            lines.push(format!("{fit} to that; hold rows out: {:?}", scenario.hold_out));
+            let physics: Vec<&str> = s.effects.iter().map(|e| e.typetag_name()).collect();
+            let physics = if physics.is_empty() { "nothing".to_owned() } else { physics.join(" + ") };
+            lines.push(format!("simulate {} s of motion with {physics} beside rigid links", s.duration_s));
+            lines.push(format!("{fit} to that"));
+            lines.push(held_out(scenario.hold_out));
         }
         None => {}
     }
@@ -76,21 +87,77 @@ fn steps(scenario: &Scenario) -> Vec<String> {
             Some(file) => format!("take the friction of {} as it is", file.display()),
         });
     }
+    if !scenario.engines.is_empty() {
+        lines.push(retrieval(scenario));
+    }
+    if scenario.intervals.is_some() {
+        lines
+            .push("find what data and constraints leave open of masses, centres of mass and inertias".into());
+    }
+    lines.extend(scenario.choice.as_ref().map(|choice| match choice {
+        Choice::Uniform => "among equally good answers take the one with mass spread most evenly".into(),
+        Choice::Smallest => "among equally good answers take the smallest".into(),
+        Choice::Nearest { prior } => {
+            let prior = prior.as_ref().map_or("the robot file".into(), |file| file.display().to_string());
+            format!("among equally good answers take the nearest to the inertias of {prior}")
+        }
+    }));
     lines.push("write report.json and model.ron; every random draw follows from its seed".into());
     lines
 }
 
+fn held_out(hold_out: HoldOut) -> String {
+    match hold_out {
+        HoldOut::Auto => {
+            "hold out equal phases where the motion repeats, else blocks, and predict them".into()
+        }
+        HoldOut::SamePhase { period_s, folds } => {
+            format!("hold out equal phases of a period of {period_s} s in {folds} folds, and predict them")
+        }
+        HoldOut::Contiguous { block_s, folds } => {
+            format!("hold out blocks of {block_s} s in {folds} folds, and predict them")
+        }
+    }
+}
+
+fn retrieval(scenario: &Scenario) -> String {
+    let engines: Vec<&str> = scenario.engines.iter().map(|e| e.label()).collect();
+    let mut under: Vec<String> =
+        scenario.presets.iter().map(|file| format!("those of {}", file.display())).collect();
+    under.extend(scenario.constraints.iter().map(|c| c.about().name.to_string()));
+    let under = if under.is_empty() { "no constraint".to_owned() } else { under.join(", ") };
+    format!("retrieve feasible link parameters with {} under {under}", engines.join(" and "))
+}
+
 fn signals(scenario: &Scenario) -> Vec<String> {
     let s = &scenario.signals;
+    let velocity = match s.velocity_from {
+        VelocityFrom::Auto => "velocity as logged, from position where there is none",
+        VelocityFrom::Position => "velocity from position",
+        VelocityFrom::Velocity => "velocity as logged",
+    };
+    let clock = match s.clock {
+        ClockChoice::Auto => "clock rebuilt where the data prove it",
+        ClockChoice::Stamps => "clock as the time stamps say",
+        ClockChoice::Rebuilt => "clock rebuilt",
+    };
     vec![format!(
-        "mode {}, band {} Hz, Butterworth order {} both ways, velocity {:?}, clock {:?}, {} s trimmed",
+        "mode {}, band {} Hz, Butterworth order {} both ways, {velocity}, {clock}, {} s trimmed",
         s.mode.name(),
         s.band_hz,
         s.order,
-        s.velocity_from,
-        s.clock,
         s.trim_s
     )]
+}
+
+/// What is retrieved beside link parameters: in one step, the parameters of all other effects.
+fn others(scenario: &Scenario, robot: &Robot) -> Vec<Parameter> {
+    if scenario.objective == Objective::Coefficients {
+        return Vec::new();
+    }
+    let effects = scenario.effects.iter().filter(|e| e.about().name != "rigid_body");
+    let terms = effects.filter_map(|e| e.terms(robot).ok()).flatten();
+    terms.map(|t| Parameter::free(t.symbol, t.unit)).collect()
 }
 
 impl Look<'_> {
@@ -107,11 +174,8 @@ impl Look<'_> {
         let opened = open_robot(&self.folder.join(&scenario.robot), gravity);
         let pair = self.taken(opened)?;
         describe(&pair.0, self.report);
-        for effect in &scenario.effects {
-            if let Err(error) = effect.terms(&pair.0) {
-                self.problem(error);
-            }
-        }
+        let model = Model::new(&pair.0, scenario.effects.clone());
+        self.taken(model.map_err(|e| text::placed(e, self.path)));
         Some(pair)
     }
 
@@ -134,6 +198,11 @@ impl Look<'_> {
             let opened = PublishedFriction::open(&path);
             let opened = opened.and_then(|f| f.parameters(robot.dof()).map_err(|e| e.in_file(&path)));
             self.taken(opened);
+        }
+        if let (Some(Choice::Nearest { prior: Some(file) }), Some((robot, _))) = (&scenario.choice, robot) {
+            let path = self.folder.join(file);
+            let prior = Robot::open(&path).and_then(|p| p.prior_for(robot).map_err(|e| e.in_file(&path)));
+            self.taken(prior);
         }
         coefficients.dedup();
         for file in coefficients {
@@ -169,6 +238,31 @@ impl Look<'_> {
             }
             None => {}
         }
+    }
+
+    /// Every constraint on its own, so that one that is wrong does not hide the next.
+    fn constraints(&mut self, scenario: &mut Scenario, robot: Option<&Robot>) {
+        let folder = self.folder.clone();
+        let mut all = std::mem::take(&mut scenario.constraints);
+        all.retain_mut(|constraint| self.taken(constraint.load(&folder)).is_some());
+        for preset in &scenario.presets {
+            let opened = constraints::open(&folder.join(preset));
+            all.extend(self.taken(opened).into_iter().flatten());
+        }
+        let Some(robot) = robot else { return };
+        let space = LinkSpace::new(robot, &others(scenario, robot));
+        let mut conditions = Vec::new();
+        for constraint in &all {
+            let name = constraint.about().name;
+            let lowered = constraint.forms(robot, &space).map_err(|e| e.within(name));
+            if let Some(forms) = self.taken(lowered) {
+                let general = forms.iter().filter(|f| !f.is_convex()).count();
+                let left_out =
+                    if general == 0 { String::new() } else { format!(", {general} of them not for `lmi`") };
+                conditions.push(format!("{name}: {} conditions{left_out}", forms.len()));
+            }
+        }
+        self.report.sections.push(Section::wrapped("what link parameters must satisfy", conditions));
     }
 
     fn log(

@@ -32,7 +32,7 @@ impl Check {
         let report = check::file(&self.file, &options);
         if global.json {
             print_json(&report)?
-        } else {
+        } else if report.kind.is_some() {
             print(&report.text())?
         }
         match report.unusable() {

@@ -51,7 +51,7 @@ impl Console {
             return;
         }
         state.shown = Instant::now();
-        let line = state.task.clone() + &progress(step, begun, state.since.elapsed().as_secs_f64());
+        let line = format!("{}{}", state.task, progress(step, begun, state.since.elapsed().as_secs_f64()));
         self.show(&mut state, &line);
     }
 

@@ -118,7 +118,7 @@ fn refusal(model: &Path, parameters: &Parameters, doubts: &[String]) -> String {
     }
     let help = parameters.explanation();
     let help = help.unwrap_or_else(|| "retrieve feasible parameters first".to_string());
-    text + &format!("\n  help: {help}; or write them all the same with --force")
+    format!("{text}\n  help: {help}; or write them all the same with --force")
 }
 
 /// A robot file with the model's robot name.

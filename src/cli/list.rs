@@ -1,5 +1,6 @@
 use lacuna::constraints;
 use lacuna::effects::{About, CATALOGUE};
+use lacuna::retrieval::catalogue::{self, EngineAbout};
 use lacuna::{Error, Result};
 use serde::Serialize;
 
@@ -12,18 +13,8 @@ pub(super) fn run(what: &str, name: Option<&str>, global: &Global) -> Result<boo
         ("effects", Some(name)) => one(name, global),
         ("constraints", None) => all_constraints(global),
         ("constraints", Some(name)) => one_constraint(name, global),
-        ("engines", None) => {
-            let nothing: [&str; 0] = [];
-            if global.json {
-                print_json(&nothing)?
-            } else {
-                print("no engines in this version\n")?
-            }
-            Ok(true)
-        }
-        ("engines", Some(name)) => {
-            Err(Error::new(format!("no engine called `{name}`")).help("this version ships no engines"))
-        }
+        ("engines", None) => all_engines(global),
+        ("engines", Some(name)) => one_engine(name, global),
         _ => Err(Error::new(format!("cannot list `{what}`")).help("known are effects, constraints, engines")),
     }
 }
@@ -158,6 +149,80 @@ fn one_constraint(name: &str, global: &Global) -> Result<bool> {
         text += &format!("  {name}{unit}\n{}", paragraph(meaning, "      "));
     }
     text += &format!("\n{}", paragraph(&format!("form: {}", about.form), ""));
+    print(&text)?;
+    Ok(true)
+}
+
+#[derive(Serialize)]
+struct EngineEntry {
+    name: &'static str,
+    title: &'static str,
+    text: &'static str,
+    takes: &'static str,
+    available: bool,
+    settings: Vec<EngineSetting>,
+}
+
+#[derive(Serialize)]
+struct EngineSetting {
+    name: String,
+    usual: String,
+    meaning: &'static str,
+}
+
+fn engine_entry(about: &EngineAbout) -> Result<EngineEntry> {
+    let engine = catalogue::engine(about.name)?;
+    let setting = |(name, usual): (String, String)| {
+        let meaning = about.settings.iter().find(|(known, _)| *known == name).map_or("", |(_, text)| text);
+        EngineSetting { name, usual, meaning }
+    };
+    Ok(EngineEntry {
+        name: about.name,
+        title: about.title,
+        text: about.text,
+        takes: about.takes,
+        available: engine.available().is_ok(),
+        settings: catalogue::usual_settings(engine.as_ref())?.into_iter().map(setting).collect(),
+    })
+}
+
+fn all_engines(global: &Global) -> Result<bool> {
+    let entries: Vec<EngineEntry> = catalogue::CATALOGUE.iter().map(engine_entry).collect::<Result<_>>()?;
+    if global.json {
+        print_json(&entries)?;
+        return Ok(true);
+    }
+    let width = entries.iter().map(|e| e.name.len()).max().unwrap_or(0);
+    let lines: String = entries.iter().map(|e| format!("{:width$}  {}\n", e.name, e.title)).collect();
+    print(&(lines + "\nlacuna list engines NAME explains one\n"))?;
+    Ok(true)
+}
+
+fn one_engine(name: &str, global: &Global) -> Result<bool> {
+    catalogue::engine(name)?;
+    let Some(about) = catalogue::CATALOGUE.iter().find(|about| about.name == name) else { return Ok(false) };
+    let entry = engine_entry(about)?;
+    if global.json {
+        print_json(&entry)?;
+        return Ok(true);
+    }
+    let mut text = format!("{}: {}\n\n", entry.name, entry.title);
+    for line in lacuna::report::wrap(entry.text, 78) {
+        text += &format!("{line}\n");
+    }
+    text.push('\n');
+    for line in lacuna::report::wrap(&format!("takes: {}", entry.takes), 78) {
+        text += &format!("{line}\n");
+    }
+    if !entry.available {
+        text += "not in this build\n";
+    }
+    text += "\nsettings, as they are when a scenario does not say otherwise\n";
+    for setting in &entry.settings {
+        let usual = if setting.usual == "None" { "not set" } else { &setting.usual };
+        text += &format!("  {}: {usual}\n      {}\n", setting.name, setting.meaning);
+    }
+    text += &format!("\nin a scenario: engines: [{{\"{name}\": ()}}]\n");
     print(&text)?;
     Ok(true)
 }

@@ -3,6 +3,7 @@
 mod check;
 mod compare;
 mod console;
+mod diagnose;
 mod dynamics;
 mod export;
 mod interrupt;
@@ -81,6 +82,8 @@ enum Command {
     },
     /// Check a scenario, robot, log, column map or model, and a log against a robot.
     Check(check::Check),
+    /// Compare model and measurement: where the model fails, and what is missing.
+    Diagnose(diagnose::Diagnose),
     /// List what there is: effects, constraints, engines; with a name, explain it.
     List {
         /// `effects`, `constraints` or `engines`.
@@ -109,6 +112,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Compare { models, robot, data, columns, gravity } => {
             compare::run(&models, &robot, &data, columns.as_deref(), gravity.as_deref(), &arguments.global)
         }
+        Command::Diagnose(diagnose) => diagnose.run(&arguments.global, &console),
         Command::Check(check) => check.run(&arguments.global),
         Command::List { what, name } => list::run(&what, name.as_deref(), &arguments.global),
         Command::Export(export) => export.run(&arguments.global),

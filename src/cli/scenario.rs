@@ -42,7 +42,7 @@ pub(super) fn run(file: &Path, data: Vec<PathBuf>, global: &Global, console: &Co
     if let Some(identified) = &outcome.identified {
         identified.write(&out.join("identified.ron"))?;
     }
-    let next = next_steps(&out, &outcome, &again);
+    let next = next_steps(file, &out, &outcome, &again);
     if global.json {
         print_json(&outcome.report)?;
         if outcome.stopped && !global.quiet {
@@ -84,7 +84,7 @@ fn again(file: &Path, data: &[PathBuf], global: &Global, out: &Path) -> String {
     command
 }
 
-fn next_steps(out: &Path, outcome: &Outcome, again: &str) -> String {
+fn next_steps(scenario: &Path, out: &Path, outcome: &Outcome, again: &str) -> String {
     let report = out.join("report.json");
     let mut text = format!("\nwritten  {}", report.display());
     if outcome.model.is_some() {
@@ -94,9 +94,25 @@ fn next_steps(out: &Path, outcome: &Outcome, again: &str) -> String {
         text += &format!("\nstopped  to go on where it was: {again}");
     } else if outcome.model.is_some() {
         text += &format!(
-            "\nnext     lacuna compare {} --robot R --data LOG.csv",
-            out.join("model.ron").display()
+            "\nnext     lacuna compare {} --robot {} --data LOG.csv\n         predicts another log; nothing is \
+             fitted",
+            out.join("model.ron").display(),
+            robot_of(scenario).display()
         );
     }
     text + "\n"
+}
+
+/// Where the scenario's robot is, as seen from here.
+fn robot_of(scenario: &Path) -> PathBuf {
+    let Ok(study) = lacuna::scenario::Scenario::open(scenario) else { return PathBuf::from("ROBOT") };
+    let mut path = PathBuf::new();
+    for part in scenario.parent().unwrap_or(Path::new("")).join(study.robot).components() {
+        // `scenarios/../robots` is `robots`; a folder that is a link elsewhere is not worth the detour here.
+        let goes_back = part == std::path::Component::ParentDir;
+        if !(goes_back && path.file_name().is_some() && path.pop()) {
+            path.push(part);
+        }
+    }
+    path
 }

@@ -79,7 +79,7 @@ mod tests {
             assert_eq!(links, again);
         }
         let typo = crate::text::from_ron::<Links>("Al").expect_err("a typo must not pass");
-        assert!(typo.to_string().contains("`All` or `Only`"), "{typo}");
+        assert!(typo.to_string().contains("known names: All, Only"), "{typo}");
         Ok(())
     }
 }

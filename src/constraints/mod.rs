@@ -29,6 +29,7 @@ mod number;
 mod parameter_bounds;
 mod positive_mass;
 mod pseudo_inertia;
+mod script;
 mod search;
 mod shape;
 mod space;
@@ -57,6 +58,7 @@ pub use mirrored_links::{Axis, MirroredLinks};
 pub use parameter_bounds::ParameterBounds;
 pub use positive_mass::PositiveMass;
 pub use pseudo_inertia::PseudoInertia;
+pub use script::{Explanation, FormExplanation, RuleExplanation, Scripted, explain};
 pub use search::{Bound, SearchSpace, search_space};
 pub use shape::{Extent, Shape};
 pub use space::{Barycentric, COORDINATES, LinkSpace};
@@ -140,6 +142,7 @@ pub const CATALOGUE: &[fn() -> About] = &[
     || MirroredLinks::ABOUT,
     || KnownPayload::ABOUT,
     || ParameterBounds::ABOUT,
+    || Scripted::ABOUT,
 ];
 
 /// Reads a file that holds a list of constraints, such as `scenarios/panda_bounds.ron`, and loads what they

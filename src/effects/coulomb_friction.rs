@@ -1,5 +1,6 @@
 use serde::{Deserialize, Serialize};
 
+use super::parts::{FrictionPart, drives_motion};
 use super::{About, Columns, Effect, Joints, Stretch, Term};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
@@ -41,15 +42,7 @@ impl Effect for CoulombFriction {
     }
 
     fn columns(&self, at: &Stretch<'_>, out: &mut Columns<'_>) -> Result<()> {
-        for (term, joint) in self.joints.indices(at.robot)?.into_iter().enumerate() {
-            let step = |v: f64| sign(v, self.width);
-            out.column(term, joint, |slot| {
-                for (y, &v) in slot.iter_mut().zip(at.friction_dq(joint)) {
-                    *y = step(v);
-                }
-            });
-        }
-        Ok(())
+        self.joints.fill(at, out, 1, |_, joint, slot| FrictionPart::Coulomb.fill(at, joint, self.width, slot))
     }
 
     fn boxed(&self) -> Box<dyn Effect> {
@@ -61,19 +54,6 @@ impl Effect for CoulombFriction {
     }
 
     fn implausible(&self, values: &[f64]) -> Option<String> {
-        values.iter().any(|fc| *fc < 0.0).then(|| "friction that drives the motion".to_string())
-    }
-}
-
-/// Hard sign (0 at 0), or its smooth form.
-pub(super) fn sign(v: f64, width: f64) -> f64 {
-    if width > 0.0 {
-        libm::tanh(v / width)
-    } else if v > 0.0 {
-        1.0
-    } else if v < 0.0 {
-        -1.0
-    } else {
-        0.0
+        drives_motion(values)
     }
 }

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::{Columns, Stretch, Term};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 
@@ -39,9 +40,35 @@ impl Joints {
     }
 
     /// One symbol per joint the effect acts on: `prefix` and the joint's number.
-    pub(crate) fn terms(&self, robot: &Robot, prefix: &str, unit: &'static str) -> Result<Vec<super::Term>> {
-        let term = |j: usize| super::Term { symbol: format!("{prefix}{}", j + 1), unit, joints: vec![j] };
-        Ok(self.indices(robot)?.into_iter().map(term).collect())
+    pub(crate) fn terms(&self, robot: &Robot, prefix: &str, unit: &'static str) -> Result<Vec<Term>> {
+        self.terms_each(robot, &[(prefix, unit)])
+    }
+
+    /// The same with several parameters per joint (prefix and unit), joint by joint.
+    pub(crate) fn terms_each(&self, robot: &Robot, parts: &[(&str, &'static str)]) -> Result<Vec<Term>> {
+        let one = |j: usize, (prefix, unit): &(&str, &'static str)| Term {
+            symbol: format!("{prefix}{}", j + 1),
+            unit,
+            joints: vec![j],
+        };
+        let joints = self.indices(robot)?.into_iter();
+        Ok(joints.flat_map(|j| parts.iter().map(move |part| one(j, part))).collect())
+    }
+
+    /// Offers the columns of [`Joints::terms_each`]: `fill(part, joint, slot)` for each of them.
+    pub(crate) fn fill(
+        &self,
+        at: &Stretch<'_>,
+        out: &mut Columns<'_>,
+        parts: usize,
+        fill: impl Fn(usize, usize, &mut [f64]),
+    ) -> Result<()> {
+        for (place, joint) in self.indices(at.robot)?.into_iter().enumerate() {
+            for part in 0..parts {
+                out.column(place * parts + part, joint, |slot| fill(part, joint, slot));
+            }
+        }
+        Ok(())
     }
 }
 
@@ -69,7 +96,7 @@ mod tests {
             assert_eq!(joints, again);
         }
         let typo = crate::text::from_ron::<Joints>("Al").expect_err("a typo must not pass");
-        assert!(typo.to_string().contains("`All` or `Only`"), "{typo}");
+        assert!(typo.to_string().contains("known names: All, Only"), "{typo}");
         Ok(())
     }
 }

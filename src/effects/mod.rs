@@ -4,29 +4,77 @@
 //! unit of the parameter makes at every sample. It takes part in fitting, prediction and reports like any
 //! other. One file each; [`CATALOGUE`] names those that ship.
 
+mod asymmetric_friction;
+mod backlash;
+mod base_tilt;
+mod catalogue;
+mod contact_force;
 mod coulomb_friction;
+mod coupled_friction;
+mod derivative;
+mod formula;
+mod friction_drift;
+mod joint_elasticity;
+mod joint_spring;
+mod joint_zero_error;
 mod joints;
+mod load_dependent_friction;
+mod nonlinear_viscous_friction;
+mod parts;
+mod payload;
+mod position_dependent_friction;
+mod presliding_hysteresis;
 mod rigid_body;
+mod rotor_inertia;
 mod sigmoid_friction;
+mod stribeck_friction;
+mod thermal_friction;
+mod time_delay;
+mod torque_drift;
 mod torque_gain;
 mod torque_offset;
+mod torque_ripple;
 mod viscous_friction;
 
+pub use asymmetric_friction::AsymmetricFriction;
+pub use backlash::Backlash;
+pub use base_tilt::BaseTilt;
+pub use catalogue::{CATALOGUE, Entry};
+pub use contact_force::ContactForce;
 pub use coulomb_friction::CoulombFriction;
+pub use coupled_friction::CoupledFriction;
+pub use formula::{Curve, Formula, Own};
+pub use friction_drift::{Course, FrictionDrift};
+pub use joint_elasticity::JointElasticity;
+pub use joint_spring::JointSpring;
+pub use joint_zero_error::JointZeroError;
 pub use joints::Joints;
+pub use load_dependent_friction::LoadDependentFriction;
+pub use nonlinear_viscous_friction::NonlinearViscousFriction;
+pub use parts::FrictionPart;
+pub use payload::Payload;
+pub use position_dependent_friction::PositionDependentFriction;
+pub use presliding_hysteresis::PreslidingHysteresis;
 pub use rigid_body::RigidBody;
+pub use rotor_inertia::RotorInertia;
 pub(crate) use sigmoid_friction::logistic;
 pub use sigmoid_friction::{SigmoidFriction, SigmoidParameters};
+pub use stribeck_friction::StribeckFriction;
+pub use thermal_friction::{ThermalFriction, Warmth};
+pub use time_delay::TimeDelay;
+pub use torque_drift::TorqueDrift;
 pub use torque_gain::TorqueGain;
 pub use torque_offset::TorqueOffset;
+pub use torque_ripple::TorqueRipple;
 pub use viscous_friction::ViscousFriction;
 
+use catalogue::per_joint;
 use std::fmt::Debug;
 use std::ops::Range;
 
 use nalgebra::DMatrix;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::kernels::{Chain, RegressorBlock, Samples};
 use crate::robot::Robot;
 use crate::signals::{ModelTorque, Run};
@@ -91,11 +139,24 @@ impl Stretch<'_> {
     /// When nobody has computed it yet.
     pub fn model_torque(&self) -> Result<&ModelTorque> {
         self.run.model.as_deref().ok_or_else(|| {
-            crate::error::Error::new(
-                "this effect depends on the torque of the model, which is not known here",
-            )
-            .help("fit rigid_body together with it")
+            Error::new("this effect depends on the torque of the model, which is not known here")
+                .help("fit rigid_body together with it")
         })
+    }
+
+    /// Positions of joint `j` over the range [rad, m].
+    pub fn q(&self, j: usize) -> &[f64] {
+        &self.run.q[j][self.range.clone()]
+    }
+
+    /// Accelerations of joint `j` over the range [rad/s², m/s²].
+    pub fn ddq(&self, j: usize) -> &[f64] {
+        &self.run.ddq[j][self.range.clone()]
+    }
+
+    /// Time since the run began, over the range \[s\].
+    pub fn elapsed(&self) -> impl Iterator<Item = f64> + '_ {
+        self.range.clone().map(|k| k as f64 * self.run.dt)
     }
 
     /// The whole motion, for kernels.
@@ -175,8 +236,23 @@ pub trait Effect: Debug + Send + Sync {
         None
     }
 
+    /// What makes these values suspect although they are possible: they fit something, but probably not this.
+    fn odd(&self, _values: &[f64]) -> Option<String> {
+        None
+    }
+
     /// Why these runs cannot show the effect, whatever the fit says, or `None` where they can.
     fn undecidable(&self, _robot: &Robot, _runs: &[Run]) -> Option<String> {
+        None
+    }
+
+    /// The times between which it acts \[s\], on the log's clock; `None` where it always does.
+    fn interval(&self) -> Option<(f64, f64)> {
+        None
+    }
+
+    /// The effect as a formula with its numbers, where that says more than [`About::equation`].
+    fn written(&self, _robot: &Robot, _values: &[f64]) -> Option<String> {
         None
     }
 
@@ -238,38 +314,19 @@ impl Clone for Box<dyn Effect> {
     }
 }
 
-/// One effect of the catalogue.
-#[derive(Debug, Clone, Copy)]
-pub struct Entry {
-    /// Name, text and equation.
-    pub about: About,
-    /// What a diagnosis tries on a robot: usually the effect once per joint.
-    pub candidates: fn(&Robot) -> Vec<Box<dyn Effect>>,
-}
-
-/// The effects that ship, simplest first: among explanations that data cannot tell apart the earlier wins.
-pub const CATALOGUE: &[Entry] = &[
-    Entry { about: RigidBody::ABOUT, candidates: |_| Vec::new() },
-    Entry { about: TorqueOffset::ABOUT, candidates: |r| per_joint(r, |joints| TorqueOffset { joints }) },
-    Entry {
-        about: ViscousFriction::ABOUT,
-        candidates: |r| per_joint(r, |joints| ViscousFriction { joints }),
-    },
-    Entry {
-        about: CoulombFriction::ABOUT,
-        candidates: |r| per_joint(r, |joints| CoulombFriction { joints, width: 0.0 }),
-    },
-    Entry { about: TorqueGain::ABOUT, candidates: |r| per_joint(r, |joints| TorqueGain { joints }) },
-    Entry { about: SigmoidFriction::ABOUT, candidates: SigmoidFriction::candidates },
-];
-
-/// One instance per joint of `robot`.
-fn per_joint<E: Effect + 'static>(robot: &Robot, make: impl Fn(Joints) -> E) -> Vec<Box<dyn Effect>> {
-    robot
-        .joints
-        .iter()
-        .map(|joint| Box::new(make(Joints::Only(vec![joint.name.clone()]))) as Box<dyn Effect>)
-        .collect()
+/// Index of the link called `name` or numbered so, or of the last one of the arm.
+fn find_link(robot: &Robot, name: Option<&str>) -> Result<usize> {
+    let Some(name) = name else { return Ok(robot.order.last().copied().unwrap_or(0)) };
+    let named = robot.links.iter().position(|link| link.name == name);
+    named.or_else(|| robot.joint_index(name)).ok_or_else(|| {
+        let known: Vec<&str> = robot.links.iter().map(|link| link.name.as_str()).collect();
+        Error::new(format!("no link `{name}`")).help(format!(
+            "`{}` has {}, or numbers 1 to {}",
+            robot.name,
+            known.join(", "),
+            robot.dof()
+        ))
+    })
 }
 
 /// Rigid body, viscous and Coulomb friction and torque offset on every joint: eq. 24 of Gaz et al. 2019.

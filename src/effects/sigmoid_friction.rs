@@ -1,5 +1,6 @@
 use serde::{Deserialize, Serialize};
 
+use super::parts::drives_motion;
 use super::{About, Columns, Effect, Joints, Shape, Stretch, Term};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
@@ -152,6 +153,6 @@ impl Effect for SigmoidFriction {
     }
 
     fn implausible(&self, values: &[f64]) -> Option<String> {
-        values.iter().any(|phi1| *phi1 < 0.0).then(|| "friction that drives the motion".to_string())
+        drives_motion(values)
     }
 }

@@ -1,5 +1,6 @@
 use serde::{Deserialize, Serialize};
 
+use super::parts::beyond;
 use super::{About, Columns, Effect, Joints, Stretch, Term};
 use crate::error::Result;
 use crate::robot::Robot;
@@ -39,10 +40,9 @@ impl Effect for TorqueGain {
 
     fn columns(&self, at: &Stretch<'_>, out: &mut Columns<'_>) -> Result<()> {
         let model = at.model_torque()?;
-        for (term, joint) in self.joints.indices(at.robot)?.into_iter().enumerate() {
-            out.column(term, joint, |slot| slot.copy_from_slice(&model.total[joint][at.range.clone()]));
-        }
-        Ok(())
+        self.joints.fill(at, out, 1, |_, joint, slot| {
+            slot.copy_from_slice(&model.total[joint][at.range.clone()]);
+        })
     }
 
     fn boxed(&self) -> Box<dyn Effect> {
@@ -58,7 +58,6 @@ impl Effect for TorqueGain {
     }
 
     fn implausible(&self, values: &[f64]) -> Option<String> {
-        let wrong = values.iter().any(|gain| gain.abs() > 0.3);
-        wrong.then(|| "a torque scale that is off by more than 30 %".to_string())
+        beyond(values, 0.3, "a torque scale that is off by more than 30 %")
     }
 }

@@ -1,5 +1,6 @@
 use serde::{Deserialize, Serialize};
 
+use super::parts::drives_motion;
 use super::{About, Columns, Effect, Joints, Stretch, Term};
 use crate::error::Result;
 use crate::robot::Robot;
@@ -46,6 +47,6 @@ impl Effect for ViscousFriction {
     }
 
     fn implausible(&self, values: &[f64]) -> Option<String> {
-        values.iter().any(|fv| *fv < 0.0).then(|| "friction that drives the motion".to_string())
+        drives_motion(values)
     }
 }

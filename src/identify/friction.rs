@@ -43,7 +43,7 @@ impl SigmoidFit {
 }
 
 /// Steepest sigmoid that is looked for [s/rad]; steeper ones are a sign function at any sampled speed.
-const STEEPEST: f64 = 1e4;
+pub(crate) const STEEPEST: f64 = 1e4;
 /// Starting steepness and shift, in the spread of the published values (Table I of the supplement).
 const STARTS: [(f64, f64); 6] =
     [(5.0, 0.0), (20.0, 0.02), (20.0, -0.02), (60.0, 0.0), (150.0, 0.0), (2.0, 0.1)];

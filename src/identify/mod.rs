@@ -13,6 +13,7 @@ mod uncertainty;
 pub use base::{BaseParameters, parameter_name};
 pub use evidence::{Evidence, RowWeight};
 pub use fit::{ErrorSums, Errors, Fit, Weighting, errors, fit, fit_huber, held_out, with_robust_sd};
+pub(crate) use friction::STEEPEST;
 pub use friction::{Search, SigmoidFit, fit_sigmoid};
 pub use rows::{RowView, over_rows};
 pub use settle::{Settled, refresh_model_torque, settle, with_model_torque};

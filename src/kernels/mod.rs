@@ -5,6 +5,7 @@
 
 mod batch;
 mod chain;
+mod derivative;
 mod lagrange;
 mod motion;
 mod real;
@@ -15,6 +16,7 @@ mod vector;
 
 pub use batch::{RegressorBlock, Samples, inverse_dynamics_batch};
 pub use chain::Chain;
+pub use derivative::{Direction, torque_derivative_batch};
 pub use lagrange::{LagrangianTerms, lagrangian_torque};
 pub use motion::{State, Workspace};
 pub use real::{Dual, Lanes, Real};

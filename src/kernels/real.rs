@@ -155,13 +155,14 @@ impl<S: Simd> Ordered for Lanes<S> {
     }
 }
 
-/// A value and its derivative with respect to one variable (forward differentiation, exact).
+/// A value and its derivative with respect to one variable (forward differentiation, exact); of one sample,
+/// or of several side by side.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Dual {
+pub struct Dual<T = f64> {
     /// The value.
-    pub value: f64,
+    pub value: T,
     /// Its derivative.
-    pub slope: f64,
+    pub slope: T,
 }
 
 impl Dual {
@@ -176,54 +177,62 @@ impl Dual {
     }
 }
 
-impl Add for Dual {
+impl<T: Real> Add for Dual<T> {
     type Output = Self;
+    #[inline(always)]
     fn add(self, o: Self) -> Self {
         Self { value: self.value + o.value, slope: self.slope + o.slope }
     }
 }
 
-impl Sub for Dual {
+impl<T: Real> Sub for Dual<T> {
     type Output = Self;
+    #[inline(always)]
     fn sub(self, o: Self) -> Self {
         Self { value: self.value - o.value, slope: self.slope - o.slope }
     }
 }
 
-impl Mul for Dual {
+impl<T: Real> Mul for Dual<T> {
     type Output = Self;
+    #[inline(always)]
     fn mul(self, o: Self) -> Self {
         Self { value: self.value * o.value, slope: self.slope * o.value + self.value * o.slope }
     }
 }
 
-impl Mul<f64> for Dual {
+impl<T: Real> Mul<f64> for Dual<T> {
     type Output = Self;
+    #[inline(always)]
     fn mul(self, c: f64) -> Self {
         Self { value: self.value * c, slope: self.slope * c }
     }
 }
 
-impl Neg for Dual {
+impl<T: Real> Neg for Dual<T> {
     type Output = Self;
+    #[inline(always)]
     fn neg(self) -> Self {
         Self { value: -self.value, slope: -self.slope }
     }
 }
 
-impl AddAssign for Dual {
+impl<T: Real> AddAssign for Dual<T> {
+    #[inline(always)]
     fn add_assign(&mut self, o: Self) {
         *self = *self + o;
     }
 }
 
-impl Real for Dual {
+impl<T: Real> Real for Dual<T> {
+    #[inline(always)]
     fn lift(self, c: f64) -> Self {
-        Self::constant(c)
+        Self { value: self.value.lift(c), slope: self.value.lift(0.0) }
     }
 
+    #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
-        let (s, c) = super::trig::sin_cos(self.value);
-        (Self { value: s, slope: c * self.slope }, Self { value: c, slope: -s * self.slope })
+        let (s, c) = self.value.sin_cos();
+        (Self { value: s, slope: c * self.slope }, Self { value: c, slope: -(s * self.slope) })
     }
 }

@@ -1,8 +1,10 @@
 //! Results as plain data, in the layout of `report.json`; and as text for people.
 
+mod diagnosis_text;
 mod retrieval_text;
 mod text;
 
+pub use diagnosis_text::diagnosis_text;
 pub use text::{render, wrap};
 
 use std::collections::BTreeMap;

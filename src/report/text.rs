@@ -78,6 +78,7 @@ fn joints(text: &mut String, joints: &[JointError]) {
         "\n  {:width$}  {:>10}  {:>10}  {:>9}  {:>9}",
         "joint", "torque rms", "error rms", "in sample", "held out"
     );
+    let _ = writeln!(text, "  {:width$}  {:>10}  {:>10}", "", "N m, N", "N m, N");
     for j in joints {
         let _ = writeln!(
             text,
@@ -150,16 +151,14 @@ fn uncertain(text: &mut String, id: &Identification) {
 
 fn friction(text: &mut String, results: &[FrictionResult]) {
     let _ = writeln!(text, "\nfriction path: rigid part frozen, sigmoid fitted to the rest (eq. 25)");
-    let _ = writeln!(
-        text,
-        "  {:<12} {:>9} {:>10} {:>9}   rms without -> with",
-        "joint", "phi1 N m", "phi2 s/rad", "phi3"
-    );
+    let _ =
+        writeln!(text, "  {:<12} {:>9} {:>10} {:>9}   rms without -> with", "joint", "phi1", "phi2", "phi3");
+    let _ = writeln!(text, "  {:<12} {:>9} {:>10} {:>9}   N m", "", "N m", "s/rad", "rad/s");
     for r in results {
         let p: Vec<f64> = r.parameters.iter().map(|p| p.value).collect();
         let _ = writeln!(
             text,
-            "  {:<12} {:>9.4} {:>10.3} {:>9.4}   {:.3} -> {:.3} N m",
+            "  {:<12} {:>9.4} {:>10.3} {:>9.4}   {:.3} -> {:.3}",
             r.joint, p[0], p[1], p[2], r.rms[0], r.rms[1]
         );
     }

@@ -3,6 +3,7 @@
 
 mod audit;
 mod barrier;
+pub mod catalogue;
 pub mod certificate;
 mod chart;
 pub mod checkpoint;
@@ -109,11 +110,14 @@ pub trait RetrievalEngine: Debug + Send + Sync {
     }
 
     /// Whether it takes this form; asked for every form before it starts. What it does not take is left
-    /// out of its problem (implied forms are used instead) and shows in the audit.
+    /// out of its problem (implied forms are used instead) and shows in the audit. Engines that search take
+    /// every form.
     ///
     /// # Errors
     /// With the reason, for people.
-    fn accepts(&self, form: &Form) -> Result<(), String>;
+    fn accepts(&self, _form: &Form) -> Result<(), String> {
+        Ok(())
+    }
 
     /// Where finished parts of its work are kept from now on; engines that are done at once need nothing.
     fn set_checkpoint(&mut self, _checkpoint: Option<checkpoint::Checkpoint>) {}

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::effects::{RigidBody, SigmoidParameters};
 use crate::error::Result;
-use crate::identify::{SigmoidFit, fit_sigmoid};
+use crate::identify::{STEEPEST, SigmoidFit, fit_sigmoid};
 use crate::model::Model;
 use crate::predict::predict;
 use crate::report::{FrictionResult, NamedValue};
@@ -35,7 +35,7 @@ impl Study<'_> {
         let prediction = predict(&rigid, runs, &x)?;
         let joints: Vec<usize> =
             (0..self.robot.dof()).filter(|&j| self.robot.joints[j].kind == JointKind::Revolute).collect();
-        Ok(joints
+        let results: Vec<FrictionResult> = joints
             .into_par_iter()
             .map(|j| {
                 let (mut velocity, mut rest) = (Vec::new(), Vec::new());
@@ -64,7 +64,14 @@ impl Study<'_> {
                     rms: [fit.rms_without, fit.rms_with],
                 }
             })
-            .collect())
+            .collect();
+        for result in results.iter().filter(|r| r.parameters[1].value > 0.99 * STEEPEST) {
+            self.warn(format!(
+                "friction of {} is as steep as the search allows: a jump at standstill; its phi2 is no measurement",
+                result.joint
+            ));
+        }
+        Ok(results)
     }
 
     /// Friction parameters that the scenario takes as they are.

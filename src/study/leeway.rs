@@ -101,16 +101,19 @@ impl Study<'_> {
     }
 
     /// The rule in words and as the engine takes it.
-    fn rule(&self, choice: &Choice, space: &LinkSpace) -> Result<(String, TieBreak)> {
+    pub(super) fn rule(&self, choice: &Choice, space: &LinkSpace) -> Result<(String, TieBreak)> {
         Ok(match choice {
             Choice::Uniform => ("mass spread most uniformly".to_string(), TieBreak::Uniform),
             Choice::Smallest => ("smallest masses and second moments".to_string(), TieBreak::Smallest),
             Choice::Nearest { prior } => {
-                let (name, robot) = match prior {
-                    Some(file) => (file.display().to_string(), Robot::open(self.folder.join(file))?),
-                    None => ("the robot file".to_string(), self.robot.clone()),
+                let (name, mut z) = match prior {
+                    Some(file) => {
+                        let path = self.folder.join(file);
+                        let z = Robot::open(&path)?.prior_for(&self.robot).map_err(|e| e.in_file(&path))?;
+                        (file.display().to_string(), z)
+                    }
+                    None => ("the robot file".to_string(), self.robot.inertial_parameters()?),
                 };
-                let mut z = robot.inertial_parameters()?;
                 // Friction has no prior, and bodies do not depend on it.
                 z.resize(z.len() + space.space.len() - 10 * space.links, 0.0);
                 (format!("nearest to the inertias of {name}"), TieBreak::Nearest { prior: z })

@@ -14,8 +14,8 @@ use crate::model_file::ModelFile;
 use crate::plant::Plant;
 use crate::predict::{predict, prediction_errors};
 use crate::report::{Coefficient, Identification, Validation, finite, joint_errors};
-use crate::scenario::{HoldOut, Logs, Simulated};
-use crate::signals::{Folds, Rows, Run, prepare};
+use crate::scenario::{Logs, Simulated};
+use crate::signals::{Run, prepare};
 use crate::simulate;
 
 use super::{Study, too_few_rows};
@@ -73,7 +73,7 @@ impl Study<'_> {
         let mut data = self.prepare_all(logs)?;
         let model = Model::new(&self.robot, self.scenario.effects.clone())?;
         self.say(&format!("fitting {} parameters", model.columns.len()));
-        let folds = self.folds(&data.runs)?;
+        let folds = self.scenario.hold_out.folds(&data.runs)?;
         let weighting = self.scenario.weighting;
         let settled = settle(&model, &mut data.runs, &folds, weighting)?;
         self.warn_of_wandering(&settled);
@@ -144,15 +144,6 @@ impl Study<'_> {
             all.runs.push(run);
         }
         Ok(all)
-    }
-
-    fn folds(&self, runs: &[Run]) -> Result<Folds> {
-        let rows: Vec<Rows> = runs.iter().map(Run::rows).collect();
-        match self.scenario.hold_out {
-            HoldOut::Auto => Folds::choose(&runs.iter().collect::<Vec<_>>()),
-            HoldOut::SamePhase { period_s, folds } => Folds::same_phase(&rows, period_s, folds),
-            HoldOut::Contiguous { block_s, folds } => Folds::contiguous(&rows, block_s, folds),
-        }
     }
 
     fn warn_of_fit(&mut self, model: &Model, fit: &Fit) {

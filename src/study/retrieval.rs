@@ -83,6 +83,10 @@ impl Study<'_> {
             Objective::Coefficients => self.coefficient_distance(poses, moving)?,
             Objective::Torque => self.torque_error(moving)?,
         };
+        if let Some(choice) = &self.scenario.choice {
+            // Found out now, not after the engines' work.
+            self.rule(choice, &space)?;
+        }
         let forms = forms(&self.robot, &space, &self.scenario.constraints)?;
         if let Some(conflict) = conflict(space.space.len(), &forms)? {
             return Ok(Some(FromEngines::nothing(space, conflict)));

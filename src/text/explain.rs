@@ -185,7 +185,10 @@ mod tests {
         );
         scenario("(seed: 1)", (1, 9), &["field `robot` of `Scenario` is missing"]);
         scenario("(robot: \"r\", robot: \"s\")", (1, 14), &["`robot` stands twice"]);
-        effect("[{\"rigid_bdy\": ()}]", &["did you mean `rigid_body`", "sigmoid_friction, torque_offset"]);
+        effect(
+            "[{\"rigid_bdy\": ()}]",
+            &["did you mean `rigid_body`", "known names: ", "coulomb_friction, "],
+        );
         effect("[{\"rigid_body\": (mass: 1)}]", &["no field `mass`", "there are none"]);
         effect("[{\"torque_offset\": (joint: All)}]", &["no field `joint`", "did you mean `joints`"]);
         effect("[{\"sigmoid_friction\": (phi2: [])}]", &["field `phi3` of `SigmoidFriction` is missing"]);

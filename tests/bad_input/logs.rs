@@ -10,6 +10,8 @@ fn refused(content: impl AsRef<[u8]>, place: &str, words: &[&str]) {
     let place = if place.is_empty() { "bad.csv".to_owned() } else { format!("bad.csv:{place}: ") };
     folder.refused(&["scenario", "files.ron", "--data", "bad.csv"], &place, words);
     folder.refused(&["compare", "model.ron", "--robot", "arm.ron", "--data", "bad.csv"], &place, words);
+    let checked = folder.run(&["check", "bad.csv", "--robot", "arm.ron"]);
+    assert!(matches!(checked.code, Some(1 | 2)), "check finds nothing: {}{}", checked.out, checked.err);
 }
 
 #[track_caller]

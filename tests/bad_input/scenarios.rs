@@ -27,6 +27,27 @@ fn refused_after(texts: &[(&str, usize, &[&str])]) {
     }
 }
 
+/// `check` finds what running finds, but does not run.
+#[test]
+fn what_check_sees_of_scenarios() {
+    let folder = Folder::new();
+    for (text, words) in [
+        ("seed: -1", "bad.ron:2:8: the whole number is out of range"),
+        (
+            "effects: [{\"torque_offset\": ()}, {\"torque_offset\": ()}]",
+            "bad.ron:2:12: `torque_offset` would",
+        ),
+        ("effects: [{\"torque_offset\": (joints: Only([\"joint3\"]))}]", "no joint `joint3`"),
+        ("presets: [\"none.ron\"]", "none.ron: cannot read"),
+        ("weighting: Hubber", "did you mean `Huber`?"),
+    ] {
+        folder.write("bad.ron", format!("({ROBOT}, logs: {SIMULATED},\n{text})"));
+        let checked = folder.run(&["check", "bad.ron"]);
+        assert!(matches!(checked.code, Some(1 | 2)), "check finds nothing in {text}: {}", checked.out);
+        assert!(checked.out.contains(words), "{text}: {}", checked.out);
+    }
+}
+
 #[test]
 fn texts_that_are_none() {
     let deep = format!("(robot: \"arm.ron\", effects: [{{\"rigid_body\": {}", "(".repeat(100_000));
@@ -148,6 +169,11 @@ fn data_and_simulations() {
             "(robot: \"arm.ron\", logs: Files(fit: [\"no.csv\"], missing: \"ask Ann\"))",
             38,
             &["no log `no.csv`", "ask Ann"],
+        ),
+        (
+            "(robot: \"arm.ron\", logs: Files(fit: [\"log.csv\"], validate: [\"log.csv\"]))",
+            38,
+            &["`log.csv` stands under `fit` and under `validate`"],
         ),
         ("(robot: \"arm.ron\", logs: File(fit: []))", 26, &["did you mean `Files`?"]),
         (

@@ -14,6 +14,7 @@ fn files_are_recognised_and_problems_have_their_place() -> Result<()> {
         ("robots/six_axis.urdf", Kind::Urdf),
         ("scenarios/panda.ron", Kind::Scenario),
         ("scenarios/panda_table3.ron", Kind::Coefficients),
+        ("scenarios/panda_bounds.ron", Kind::Constraints),
         ("columns/ur_rtde.ron", Kind::ColumnMap),
         ("tests/fixtures/logs/two_link.csv", Kind::Log),
         ("tests/mystery_plants/one.ron", Kind::Experiment),

@@ -54,7 +54,7 @@ fn weights(ron: &'static str, good: [f64; 2], bad: &[([f64; 2], f64)]) -> Case {
 }
 
 pub fn all() -> Vec<Case> {
-    [bodies(), masses(), shapes(), relations()].into_iter().flatten().collect()
+    [bodies(), masses(), shapes(), relations(), scripts()].into_iter().flatten().collect()
 }
 
 fn bodies() -> Vec<Case> {
@@ -234,5 +234,47 @@ fn relations() -> Vec<Case> {
             ron: r#"{"parameter_bounds": (bounds: {"fv1": (0.0, inf), "fc1": (0.0, 3.0), "c1y": (-1.42, 0.08), "I1yy": (0.01, 1.0)})}"#,
             ..located("", [0.0, -0.5, 0.0], &[])
         },
+    ]
+}
+
+/// The shipped scripts, through the `script` constraint.
+fn scripts() -> Vec<Case> {
+    vec![
+        weights(
+            r#"{"script": (path: "../../constraints/total_mass.rhai", with: {"max": 18})}"#,
+            [8.0, 9.0],
+            &[([8.0, 7.5], -0.5), ([1.0, 20.0], -3.0)],
+        ),
+        located(
+            r#"{"script": (path: "../../constraints/cylinder.rhai", links: Only(["link1"]))}"#,
+            [0.05, -1.2, 0.08],
+            &[([0.12, -0.7, 0.16], -0.05), ([0.0, 0.1, 0.0], -0.1), ([0.0, -1.6, 0.0], -0.1)],
+        ),
+        // Radius 0.08 m in the cylinder; halfway along the cone 0.05 m.
+        located(
+            r#"{"script": (path: "../../constraints/cone_tip.rhai", links: Only(["link2"]))}"#,
+            [-0.5, 0.03, 0.04],
+            &[([-0.5, 0.06, 0.08], -0.02), ([-0.1, 0.06, 0.08], -0.05)],
+        ),
+        located(
+            r#"{"script": (path: "../../constraints/cone_tip_convex.rhai", links: Only(["link2"]))}"#,
+            [-0.5, 0.03, 0.04],
+            &[([-0.5, 0.06, 0.08], -0.02), ([-0.1, 0.06, 0.08], -0.05)],
+        ),
+        located(
+            r#"{"script": (path: "../../constraints/l_shape.rhai", links: Only(["link2"]))}"#,
+            [-0.4, 0.01, 0.02],
+            &[([-0.2, 0.0, 0.2], -0.15), ([0.0, 0.1, 0.4], -0.05)],
+        ),
+        located(
+            r#"{"script": (path: "../../constraints/symmetric.rhai", links: Only(["link2"]))}"#,
+            [0.2, 0.0, 0.2],
+            &[([0.2, 0.01, 0.2], 0.001 - 0.01)],
+        ),
+        located(
+            r#"{"script": (path: "../../constraints/heavy_near_joint.rhai", with: {"heavy": 2.0})}"#,
+            [0.05, 0.0, 0.03],
+            &[([0.3, 0.0, 0.0], -0.2), ([0.0, 0.6, 0.0], -0.5)],
+        ),
     ]
 }

@@ -43,7 +43,7 @@ fn slips_of_the_pen_are_shown_where_they_stand() {
             "2:",
             "NaN is not a finite number",
         ),
-        (r#"{"com_sphere": (links: ["link1"], center: (0.0, 0.0, 0.0), radius: 0.1)}"#, "2:26", "identifier"),
+        (r#"{"com_sphere": (links: ["link1"], center: (0.0, 0.0, 0.0), radius: 0.1)}"#, "2:26", "`All`"),
         (r#"{"com_sphere": (center: (0.0, 0.0, 0.0), radius: 0.1)}"#, "2:", "links"),
         (
             r#"{"com_cylinder": (links: All, center: (0.0, 0.0, 0.0), axis: (0.0, 0.0, 0.0), radius: 0.1)}"#,

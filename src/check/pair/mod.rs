@@ -109,8 +109,14 @@ pub fn log_against_robot(robot: &Robot, log: &Log, other_convention: Option<&Rob
     let run = thinned(&full);
     let folds = folds(&full, &run)?;
     let units_known = kinematics.position_degrees || kinematics.velocity_degrees;
-    let ground =
-        Ground { robot, other: other_convention, run: &run, folds: &folds, degrees_open: !units_known };
+    let ground = Ground {
+        robot,
+        other: other_convention,
+        run: &run,
+        folds: &folds,
+        degrees_open: !units_known,
+        memo: Default::default(),
+    };
     let mut found = ground.search()?;
     let mut findings = extras::of_kinematics(robot, log, &kinematics, &found);
     findings.extend(of_steps(&ground, &found, &kinematics)?);

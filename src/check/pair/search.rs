@@ -1,5 +1,7 @@
 //! The search for the reading of a log that its robot explains best.
 
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -30,6 +32,17 @@ pub(super) struct Ground<'a> {
     pub folds: &'a Folds,
     /// Whether angles may still be in degrees.
     pub degrees_open: bool,
+    /// The search comes back to the same readings.
+    pub memo: Mutex<Memo>,
+}
+
+/// What was computed already. It saves time and changes no result.
+#[derive(Default)]
+pub(super) struct Memo {
+    /// Models by gravity and convention; base parameters are dear.
+    models: Vec<(Vector3<f64>, bool, Arc<Model>)>,
+    /// Readings one change away from a reading, scored.
+    neighbours: Vec<(Reading, Vec<Scored>)>,
 }
 
 /// How well a reading is explained.
@@ -73,18 +86,29 @@ pub(super) struct Found {
 }
 
 impl Ground<'_> {
-    fn model(&self, reading: &Reading) -> Result<(Model, Option<Vec<f64>>)> {
+    fn memo(&self) -> MutexGuard<'_, Memo> {
+        self.memo.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn model(&self, reading: &Reading) -> Result<(Arc<Model>, Option<Vec<f64>>)> {
         let robot = match (reading.other_convention, self.other) {
             (true, Some(other)) => other,
             _ => self.robot,
         };
-        let model = Model::new(&robot.clone().with_gravity(reading.gravity), classic())?;
         let given = robot.links.iter().any(|l| l.inertia.is_some());
-        Ok((model, given.then(|| robot.inertial_parameters_or_zero())))
+        let given = given.then(|| robot.inertial_parameters_or_zero());
+        let (gravity, other) = (reading.gravity, reading.other_convention);
+        let known = self.memo().models.iter().find(|m| m.0 == gravity && m.1 == other).map(|m| m.2.clone());
+        if let Some(model) = known {
+            return Ok((model, given));
+        }
+        let model = Arc::new(Model::new(&robot.clone().with_gravity(gravity), classic())?);
+        self.memo().models.push((gravity, other, model.clone()));
+        Ok((model, given))
     }
 
     /// Fits one reading.
-    pub fn case(&self, reading: &Reading) -> Result<(Case, Model, Run)> {
+    pub fn case(&self, reading: &Reading) -> Result<(Case, Arc<Model>, Run)> {
         let (model, given) = self.model(reading)?;
         let run = reading.apply(self.run, self.robot);
         Ok((Case::new(&model, &run, given.as_deref())?, model, run))
@@ -167,6 +191,9 @@ impl Ground<'_> {
 
     /// Every reading one change away.
     fn neighbours(&self, from: &Reading) -> Result<Vec<Scored>> {
+        if let Some((_, known)) = self.memo().neighbours.iter().find(|(reading, _)| reading == from) {
+            return Ok(known.clone());
+        }
         let parts: Vec<Vec<Scored>> = self
             .changes(from)
             .into_par_iter()
@@ -176,7 +203,9 @@ impl Ground<'_> {
                 Some(change) => Ok(vec![self.score(from.with(&change), Some(change))?]),
             })
             .collect::<Result<_>>()?;
-        Ok(parts.into_iter().flatten().collect())
+        let all: Vec<Scored> = parts.into_iter().flatten().collect();
+        self.memo().neighbours.push((from.clone(), all.clone()));
+        Ok(all)
     }
 
     /// The signs of torques that explain most, under the common sign that physics allows.

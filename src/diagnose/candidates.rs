@@ -1,0 +1,91 @@
+//! What may be missing: every effect of the catalogue on every joint, with a grid for its nonlinear parameters.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::data::{Column, Data};
+use crate::effects::{CATALOGUE, Effect};
+use crate::error::Result;
+use crate::robot::Robot;
+
+/// One effect on one joint (or on the whole robot) that may be missing.
+#[derive(Debug, Clone)]
+pub(super) struct Candidate {
+    pub effect: Box<dyn Effect>,
+    /// The joint it acts on, where it is one.
+    pub joint: Option<usize>,
+    /// Place in the catalogue: the simpler of two equally good explanations wins.
+    pub order: usize,
+    /// The effect with every combination of trial values.
+    pub alternatives: Vec<Box<dyn Effect>>,
+    /// Columns of every alternative; empty until they are asked for.
+    pub columns: Vec<Vec<Arc<Column>>>,
+}
+
+impl Candidate {
+    /// A candidate with its grid of nonlinear parameters.
+    pub fn new(robot: &Robot, effect: Box<dyn Effect>, order: usize, widths: &[f64]) -> Result<Self> {
+        let joint = local_joint(effect.as_ref(), robot)?;
+        let effect = joint.map_or_else(|| effect.clone(), |j| effect.with_width(widths[j]));
+        let alternatives = grid(effect.as_ref());
+        Ok(Self { effect, joint, order, alternatives, columns: Vec::new() })
+    }
+
+    /// Name of the effect.
+    pub fn name(&self) -> &'static str {
+        self.effect.about().name
+    }
+
+    /// Computes the columns; none where the data lack what the effect needs (a temperature, say).
+    fn fill(&mut self, data: &Data) {
+        let columns = |effect: &dyn Effect| -> Result<Vec<Arc<Column>>> {
+            Ok(data.candidate_columns(effect)?.into_iter().map(Arc::new).collect())
+        };
+        let all = self.alternatives.iter().map(|effect| columns(effect.as_ref()));
+        self.columns = all.collect::<Result<_>>().unwrap_or_default();
+    }
+}
+
+/// The joint an effect acts on, where all its parameters act on the same one.
+pub(super) fn local_joint(effect: &dyn Effect, robot: &Robot) -> Result<Option<usize>> {
+    let terms = effect.terms(robot)?;
+    let first = terms.first().and_then(|t| t.joints.first().copied());
+    Ok(first.filter(|j| terms.iter().all(|t| t.joints == [*j])))
+}
+
+/// All combinations of the trial values of an effect's shapes.
+fn grid(effect: &dyn Effect) -> Vec<Box<dyn Effect>> {
+    let mut all = vec![Vec::new()];
+    for shape in effect.shapes() {
+        all = all
+            .into_iter()
+            .flat_map(|values: Vec<f64>| {
+                shape.trials.iter().map(move |t| [values.as_slice(), &[*t]].concat())
+            })
+            .collect();
+    }
+    all.iter().map(|values| effect.with_shapes(values)).collect()
+}
+
+/// The catalogue on this robot, and `extra` effects after it.
+pub(super) fn catalogue(data: &Data, widths: &[f64], extra: &[Box<dyn Effect>]) -> Result<Vec<Candidate>> {
+    let mut all = Vec::new();
+    for (order, entry) in CATALOGUE.iter().enumerate() {
+        for effect in (entry.candidates)(&data.robot) {
+            all.push(Candidate::new(&data.robot, effect, order, widths)?);
+        }
+    }
+    for effect in extra {
+        all.push(Candidate::new(&data.robot, effect.clone(), CATALOGUE.len(), widths)?);
+    }
+    Ok(all)
+}
+
+/// Computes the columns of all candidates: of all, or of those that depend on the model's own torque.
+pub(super) fn fill(candidates: &mut [Candidate], data: &Data, only_model_dependent: bool) {
+    candidates
+        .par_iter_mut()
+        .filter(|c| c.columns.is_empty() || !only_model_dependent || c.effect.needs_torque())
+        .for_each(|candidate| candidate.fill(data));
+}

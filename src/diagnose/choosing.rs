@@ -1,0 +1,74 @@
+//! Choosing among explanations that the data cannot tell apart.
+
+use super::ladder::{Ladder, Scored};
+use super::score::{Score, long_run_variance};
+
+/// The same effect is added on other joints at once when it is at least this useful beside the first.
+const FAMILY: f64 = 0.1;
+
+impl Ladder {
+    /// The simplest of the explanations that are as good as the best one on the same joint.
+    pub fn simplest_tie<'s>(&self, best: &'s Scored, passing: &[&'s Scored]) -> &'s Scored {
+        let mut chosen = best;
+        for other in passing {
+            let simpler = self.candidates[other.candidate].order < self.candidates[chosen.candidate].order;
+            if simpler && self.ties(best, other) {
+                chosen = other;
+            }
+        }
+        chosen
+    }
+
+    /// Whether data cannot tell `other` from `best`: same joint, nearly the gain, and a difference of
+    /// losses within two standard errors (Diebold and Mariano 1995).
+    pub fn ties(&self, best: &Scored, other: &Scored) -> bool {
+        if self.candidates[best.candidate].joint != self.candidates[other.candidate].joint
+            || other.score.gain < self.limits.tie_gain * best.score.gain
+        {
+            return false;
+        }
+        !self.clearly_better(&best.score, &other.score)
+    }
+
+    /// Whether the losses of one explanation are lower than another's by more than two standard errors.
+    pub fn clearly_better(&self, one: &Score, other: &Score) -> bool {
+        let mut difference = vec![0.0; self.data.count()];
+        for (joint, residual) in self.response.residual.iter().enumerate() {
+            let w = self.present.weights[joint] * self.present.weights[joint];
+            let (a, b) = (&one.effect[joint], &other.effect[joint]);
+            for (k, d) in difference.iter_mut().enumerate() {
+                let (ra, rb) = (residual[k] - a[k], residual[k] - b[k]);
+                *d += w * (rb * rb - ra * ra);
+            }
+        }
+        let mean: f64 = difference.iter().sum::<f64>() / difference.len() as f64;
+        let centred: Vec<f64> = difference.iter().map(|d| d - mean).collect();
+        let deviation = long_run_variance(&self.data, &centred).sqrt();
+        difference.iter().sum::<f64>() >= 2.0 * deviation
+    }
+
+    pub fn also_possible(&self, chosen: &Scored, passing: &[&Scored]) -> Vec<String> {
+        let others = passing.iter().filter(|s| s.candidate != chosen.candidate);
+        let mut names: Vec<String> = others
+            .filter(|s| self.ties(chosen, s) || self.ties(s, chosen))
+            .map(|s| self.candidates[s.candidate].name().to_string())
+            .collect();
+        names.dedup();
+        names
+    }
+
+    /// The same effect on other joints, where it is the best explanation there.
+    pub fn family<'s>(&self, chosen: &Scored, passing: &[&'s Scored]) -> Vec<&'s Scored> {
+        let own = &self.candidates[chosen.candidate];
+        let Some(own_joint) = own.joint else { return Vec::new() };
+        let best_of =
+            |joint: usize| passing.iter().find(|s| self.candidates[s.candidate].joint == Some(joint));
+        (0..self.data.dof())
+            .filter(|&j| j != own_joint)
+            .filter_map(best_of)
+            .map(|best| self.simplest_tie(best, passing))
+            .filter(|s| self.candidates[s.candidate].name() == own.name())
+            .filter(|s| s.usefulness >= FAMILY * chosen.usefulness)
+            .collect()
+    }
+}

@@ -1,0 +1,179 @@
+//! When a known effect does not close the case: the unknown beside it.
+
+use super::ladder::{Ladder, Rung, Scored};
+use super::parts::Part;
+use super::present::rms;
+use super::refine;
+use super::score::Score;
+use super::unknown::{Proposal, Search};
+use crate::effects::Effect;
+use crate::error::Result;
+
+/// A named effect closes a case when it leaves less than this part of its joint's reducible error.
+const CLOSED: f64 = 0.1;
+/// Or less than this in units of the noise floor.
+const SMALL: f64 = 0.3;
+/// A formula must leave less than this part of what the named effect leaves.
+const CLEARLY_LESS: f64 = 0.5;
+
+/// Structure on a joint that has no name.
+#[derive(Debug, Clone)]
+pub(super) struct Unknown {
+    pub joint: usize,
+    /// Variables it depends on.
+    pub depends_on: Vec<String>,
+    /// The formula's part of the model, where there is a formula.
+    pub part: Option<usize>,
+    pub z: f64,
+    /// Part of the joint's held-out squared error that it explains.
+    pub share: f64,
+    /// The named effect that comes nearest, and what part of the error it leaves.
+    pub nearest: Option<(String, f64)>,
+}
+
+/// What may be said about an unknown.
+pub(super) enum Found {
+    Formula(Box<Proposal>, Option<(String, f64)>),
+    Variable(Unknown),
+}
+
+impl Ladder {
+    /// Reducible squared error of each joint in units of its floor.
+    pub fn excess(&self) -> Vec<f64> {
+        self.rms().iter().zip(&self.floor.rms).map(|(r, f)| (r / f) * (r / f) - 1.0).collect()
+    }
+
+    /// What is left of a joint's reducible error with a held-out effect added, in units of its floor.
+    fn left_with(&self, joint: usize, score: &Score) -> f64 {
+        let f = self.floor.rms[joint];
+        let square = rms(&self.response.residual[joint]).powi(2);
+        (square - score.gain_of_joint[joint] / self.data.count() as f64) / (f * f) - 1.0
+    }
+
+    /// Looks for structure without a name on the worst joint, unless the chosen effect closes the case there.
+    pub fn unknown_beside(&self, chosen: Option<&Scored>, passing: &[&Scored]) -> Result<Option<Found>> {
+        let excess = self.excess();
+        let Some(worst) = (0..excess.len()).max_by(|&a, &b| excess[a].total_cmp(&excess[b])) else {
+            return Ok(None);
+        };
+        if excess[worst] < SMALL || self.closes(chosen, worst, &excess) {
+            return Ok(None);
+        }
+        let search = Search {
+            data: &self.data,
+            present: &self.present,
+            response: &self.response,
+            joint: worst,
+            width: self.parts.widths[worst],
+        };
+        let dependences = search.dependences();
+        let variables: Vec<String> = dependences.iter().map(|d| d.variable.clone()).collect();
+        let own: Vec<&Scored> =
+            passing.iter().copied().filter(|s| self.candidates[s.candidate].joint == Some(worst)).collect();
+        if let Some(proposal) = search.formula(&variables)?
+            && self.formula_wins(&proposal, worst, &own)
+        {
+            let nearest = self.nearest(worst, &own);
+            return Ok(Some(Found::Formula(Box::new(proposal), nearest)));
+        }
+        let known = self.unknown.iter().any(|u| u.joint == worst && u.part.is_none());
+        let strong = dependences
+            .first()
+            .filter(|d| d.score.z >= self.limits.variable.0 && d.part >= self.limits.variable.1);
+        Ok(strong.filter(|_| own.is_empty() && !known).map(|d| {
+            Found::Variable(Unknown {
+                joint: worst,
+                depends_on: vec![d.variable.clone()],
+                part: None,
+                z: d.score.z,
+                share: d.part,
+                nearest: None,
+            })
+        }))
+    }
+
+    /// Whether the chosen effect deals with the worst joint, and with its own.
+    fn closes(&self, chosen: Option<&Scored>, worst: usize, excess: &[f64]) -> bool {
+        let Some(chosen) = chosen else { return false };
+        let on_worst = self.left_with(worst, &chosen.score) <= CLEARLY_LESS * excess[worst];
+        let on_own = self.candidates[chosen.candidate].joint.is_none_or(|j| {
+            let left = self.left_with(j, &chosen.score);
+            left <= CLOSED * excess[j] || left <= SMALL
+        });
+        on_worst && on_own
+    }
+
+    fn formula_wins(&self, proposal: &Proposal, joint: usize, own: &[&Scored]) -> bool {
+        let (z, part) = self.limits.formula;
+        let score = &proposal.score;
+        if score.z < z.max(self.gate)
+            || proposal.part < part
+            || score.z_without_best < self.limits.z_without_best
+        {
+            return false;
+        }
+        let left = self.left_with(joint, score).max(0.0);
+        own.iter().all(|named| {
+            let tie = !self.clearly_better(score, &named.score);
+            let left_by_named = self.left_with(joint, &named.score);
+            !tie && left < CLEARLY_LESS * left_by_named
+        })
+    }
+
+    /// The named effect of the joint that explains most, and the part of the error it leaves.
+    fn nearest(&self, joint: usize, own: &[&Scored]) -> Option<(String, f64)> {
+        let best = own.iter().max_by(|a, b| a.usefulness.total_cmp(&b.usefulness))?;
+        let left = self.left_with(joint, &best.score) / self.excess()[joint].max(1e-12);
+        Some((self.candidates[best.candidate].name().to_string(), left.max(0.0)))
+    }
+
+    /// Adds a formula to the model, or notes a variable; answers whether anything changed.
+    pub fn add_unknown(&mut self, found: Found, say: &mut dyn FnMut(&str)) -> Result<bool> {
+        let (proposal, nearest) = match found {
+            Found::Variable(unknown) => {
+                let joint = self.data.robot.joints[unknown.joint].name.clone();
+                say(&format!("unknown on {joint}, depends on {}", unknown.depends_on.join(", ")));
+                self.unknown.push(unknown);
+                return Ok(false);
+            }
+            Found::Formula(proposal, nearest) => (proposal, nearest),
+        };
+        let joint = proposal.formula.joint.clone();
+        let index = self.data.robot.joint_index(&joint).unwrap_or(0);
+        let effect = refine::shapes(&self.data, &self.present, proposal.formula.boxed())?;
+        let values = self.values(effect.as_ref())?;
+        let before = self.rms();
+        let part = Part::found(&self.data, effect, Some(index), &values)?;
+        let part = self.parts.add(part);
+        self.refit()?;
+        say(&format!("unknown on {joint}, depends on {}: a formula fits", proposal.formula.variable));
+        let usefulness = self.usefulness(Some(index), &proposal.score);
+        self.unknown.push(Unknown {
+            joint: index,
+            depends_on: vec![proposal.formula.variable.clone()],
+            part: Some(part),
+            z: proposal.score.z,
+            share: proposal.part,
+            nearest,
+        });
+        let after = self.rms();
+        self.rungs.push(Rung {
+            part,
+            score: proposal.score,
+            usefulness,
+            before,
+            after,
+            together: false,
+            also_possible: Vec::new(),
+        });
+        Ok(true)
+    }
+
+    /// What a formula of the model says, with its numbers.
+    pub fn written(&self, part: usize) -> Option<String> {
+        let x = self.present.fit(&self.data.tau);
+        let values = &x[self.parts.place(part)];
+        let effect: &dyn Effect = self.parts.get(part).effect.as_ref();
+        effect.written(&self.data.robot, values)
+    }
+}

@@ -1,0 +1,270 @@
+//! The rows that a diagnosis works on: every joint's torque and any effect's columns, through one filter.
+
+use std::ops::Range;
+
+use crate::effects::{Columns, Effect, Stretch};
+use crate::error::{Error, Result};
+use crate::kernels::Chain;
+use crate::robot::Robot;
+use crate::signals::{Folds, Rows, Run};
+
+/// Samples handled at once when columns are filtered.
+const PIECE: usize = 16_384;
+
+/// One linear parameter's torque per unit: the rows of every joint it reaches.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Column {
+    /// `(joint, rows)`, ascending by joint; rows of all runs one after the other.
+    pub parts: Vec<(usize, Vec<f64>)>,
+}
+
+impl Column {
+    /// Of one joint.
+    pub fn of(joint: usize, rows: Vec<f64>) -> Self {
+        Self { parts: vec![(joint, rows)] }
+    }
+
+    /// Rows of `joint`, where the column reaches it.
+    pub fn part(&self, joint: usize) -> Option<&[f64]> {
+        self.parts.iter().find(|(j, _)| *j == joint).map(|(_, rows)| rows.as_slice())
+    }
+
+    /// Sets the rows outside `keep` to zero.
+    fn keep_only(&mut self, keep: &[Range<usize>]) {
+        for (_, rows) in &mut self.parts {
+            for (k, value) in rows.iter_mut().enumerate() {
+                if !keep.iter().any(|range| range.contains(&k)) {
+                    *value = 0.0;
+                }
+            }
+        }
+    }
+}
+
+/// Prepared logs with their folds.
+#[derive(Debug, Clone)]
+pub(super) struct Data {
+    pub robot: Robot,
+    pub chain: Chain,
+    pub runs: Vec<Run>,
+    /// Where the rows of each run lie in time.
+    pub rows: Vec<Rows>,
+    pub folds: Folds,
+    /// Rows of each fold, as contiguous ranges.
+    pub fold_ranges: Vec<Vec<Range<usize>>>,
+    /// Torque rows of each joint.
+    pub tau: Vec<Vec<f64>>,
+    /// Runs in which candidates exist; the others are the reference (two-log mode).
+    pub changed: Vec<bool>,
+}
+
+impl Data {
+    pub fn new(robot: &Robot, runs: Vec<Run>, folds: Folds) -> Result<Self> {
+        let rows: Vec<Rows> = runs.iter().map(Run::rows).collect();
+        let joined = |tau: fn(&Run) -> &Vec<Vec<f64>>, joint: usize| -> Vec<f64> {
+            runs.iter().flat_map(|run| run.to_rows(&tau(run)[joint]).into_owned()).collect()
+        };
+        if let Some(run) = runs.iter().find(|run| run.tau.is_empty()) {
+            return Err(Error::new(format!("{}: the log has no torque to explain", run.name))
+                .help("log tau1..taun, or map currents to torque with a column map"));
+        }
+        let tau = (0..robot.dof()).map(|joint| joined(|run| &run.tau, joint)).collect();
+        let fold_ranges = (0..folds.count).map(|fold| ranges_of(&folds.fold, fold)).collect();
+        let changed = vec![true; runs.len()];
+        Ok(Self {
+            robot: robot.clone(),
+            chain: Chain::new(robot),
+            runs,
+            rows,
+            folds,
+            fold_ranges,
+            tau,
+            changed,
+        })
+    }
+
+    /// Number of joints.
+    pub fn dof(&self) -> usize {
+        self.robot.dof()
+    }
+
+    /// Rows of one joint, all runs together.
+    pub fn count(&self) -> usize {
+        self.rows.iter().map(|r| r.count).sum()
+    }
+
+    /// The rows of each run.
+    pub fn run_ranges(&self) -> Vec<Range<usize>> {
+        let mut next = 0;
+        self.rows
+            .iter()
+            .map(|r| {
+                let first = next;
+                next += r.count;
+                first..next
+            })
+            .collect()
+    }
+
+    /// Number of the whole second that each row lies in, counted over all runs.
+    pub fn seconds(&self) -> Vec<usize> {
+        let (mut all, mut first) = (Vec::new(), 0);
+        for rows in &self.rows {
+            let per = per_second(rows);
+            all.extend((0..rows.count).map(|k| first + k / per));
+            first += rows.count.div_ceil(per);
+        }
+        all
+    }
+
+    /// Columns of an effect.
+    pub fn columns(&self, effect: &dyn Effect) -> Result<Vec<Column>> {
+        self.columns_of(effect, None)
+    }
+
+    /// Columns of some terms of an effect; those of the others stay empty.
+    pub fn columns_of(&self, effect: &dyn Effect, wanted: Option<&[usize]>) -> Result<Vec<Column>> {
+        let terms = effect.terms(&self.robot)?;
+        let mut columns: Vec<Column> = terms
+            .iter()
+            .enumerate()
+            .map(|(number, term)| {
+                let mut joints = term.joints.clone();
+                if wanted.is_some_and(|w| !w.contains(&number)) {
+                    joints.clear();
+                }
+                joints.sort_unstable();
+                Column { parts: joints.into_iter().map(|j| (j, Vec::with_capacity(self.count()))).collect() }
+            })
+            .collect();
+        for run in &self.runs {
+            self.append(effect, run, &mut columns)?;
+        }
+        Ok(columns)
+    }
+
+    /// Columns of an effect that exists only in the runs where something changed.
+    pub fn candidate_columns(&self, effect: &dyn Effect) -> Result<Vec<Column>> {
+        let mut columns = self.columns(effect)?;
+        if self.changed.iter().any(|c| !c) {
+            let keep: Vec<Range<usize>> = self
+                .run_ranges()
+                .into_iter()
+                .zip(&self.changed)
+                .filter_map(|(range, changed)| changed.then_some(range))
+                .collect();
+            columns.iter_mut().for_each(|column| column.keep_only(&keep));
+        }
+        Ok(columns)
+    }
+
+    fn append(&self, effect: &dyn Effect, run: &Run, columns: &mut [Column]) -> Result<()> {
+        let mut room: Vec<f64> = Vec::new();
+        let mut scratch = None;
+        for piece in Piece::of(run) {
+            let at = Stretch { robot: &self.robot, chain: &self.chain, run, range: piece.samples.clone() };
+            let mut written: Vec<Vec<bool>> = columns.iter().map(|c| vec![false; c.parts.len()]).collect();
+            let mut wanted = |term: usize, joint: usize, fill: &mut dyn FnMut(&mut [f64])| {
+                let Some(place) = columns[term].parts.iter().position(|(j, _)| *j == joint) else { return };
+                room.clear();
+                room.resize(piece.samples.len(), 0.0);
+                fill(&mut room);
+                piece.rows_into(run, &room, &mut columns[term].parts[place].1);
+                written[term][place] = true;
+            };
+            effect.columns(&at, &mut Columns { wanted: &mut wanted, scratch: &mut scratch })?;
+            for (column, written) in columns.iter_mut().zip(&written) {
+                for ((_, rows), _) in column.parts.iter_mut().zip(written).filter(|(_, done)| !**done) {
+                    rows.resize(rows.len() + piece.rows, 0.0);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Rows of a column that a function fills at every sample of each run.
+    pub fn rows_of(&self, fill: impl Fn(&Run, &mut [f64])) -> Vec<f64> {
+        let mut all = Vec::with_capacity(self.count());
+        for run in &self.runs {
+            let mut column = vec![0.0; run.samples()];
+            fill(run, &mut column);
+            all.extend_from_slice(&run.to_rows(&column));
+        }
+        all
+    }
+
+    /// The same rows of a quantity that needs no filter (position, time, a channel).
+    pub fn picked<'a>(&'a self, of: impl Fn(&'a Run) -> Option<&'a [f64]>) -> Option<Vec<f64>> {
+        let mut all = Vec::with_capacity(self.count());
+        for run in &self.runs {
+            let column = of(run)?;
+            match &run.row_filter {
+                None => all.extend_from_slice(column),
+                Some(rows) => all.extend(rows.pick(column)),
+            }
+        }
+        Some(all)
+    }
+}
+
+/// Rows per second, at least one.
+pub(super) fn per_second(rows: &Rows) -> usize {
+    (libm::round(1.0 / rows.dt) as usize).max(1)
+}
+
+fn ranges_of(fold: &[u16], wanted: u16) -> Vec<Range<usize>> {
+    let mut ranges = Vec::new();
+    let mut from = None;
+    for k in 0..=fold.len() {
+        let inside = k < fold.len() && fold[k] == wanted;
+        match (inside, from) {
+            (true, None) => from = Some(k),
+            (false, Some(start)) => {
+                ranges.push(start..k);
+                from = None;
+            }
+            _ => {}
+        }
+    }
+    ranges
+}
+
+/// Part of a run whose columns are computed at once, wide enough that the filter has settled in its rows.
+struct Piece {
+    samples: Range<usize>,
+    /// Samples of the rows, counted within `samples`.
+    inner: Range<usize>,
+    rows: usize,
+}
+
+impl Piece {
+    fn of(run: &Run) -> Vec<Self> {
+        let Some(plan) = &run.row_filter else {
+            let all = run.samples();
+            return vec![Self { samples: 0..all, inner: 0..all, rows: all }];
+        };
+        let (every, origin, count) = (plan.every, plan.range.start, plan.count());
+        let per_piece = (PIECE / every).max(1);
+        let margin = plan.filter.settle_samples(1e-12);
+        (0..count)
+            .step_by(per_piece)
+            .map(|first| {
+                let last = (first + per_piece).min(count);
+                let (from, to) = (origin + first * every, origin + (last - 1) * every + 1);
+                let samples = from.saturating_sub(margin)..(to + margin).min(run.samples());
+                Self { inner: from - samples.start..to - samples.start, samples, rows: last - first }
+            })
+            .collect()
+    }
+
+    fn rows_into(&self, run: &Run, column: &[f64], rows: &mut Vec<f64>) {
+        match &run.row_filter {
+            None => rows.extend_from_slice(column),
+            Some(plan) => {
+                let mut part = Vec::with_capacity(self.rows);
+                plan.filter.apply_decimated(column, self.inner.clone(), plan.every, &mut part);
+                rows.append(&mut part);
+            }
+        }
+    }
+}

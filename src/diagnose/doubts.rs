@@ -1,0 +1,105 @@
+//! What an answer must admit: explanations that tie, structure that is left, and effects of the pipeline.
+
+use super::answer::Inseparable;
+use super::data::Data;
+use super::ladder::{Ladder, Refusal};
+use super::unknown::Search;
+use crate::error::Result;
+
+/// Effects that noise of the acceleration can imitate; they must survive a position filter of half the cut-off.
+const OF_ACCELERATION: [&str; 3] = ["joint_elasticity", "rotor_inertia", "time_delay"];
+/// Part of the threshold that such an effect must keep.
+const KEPT: f64 = 0.5;
+
+/// Pairs of explanations that tie, with a motion that would tell.
+pub(super) fn inseparable(ladder: &Ladder) -> Vec<Inseparable> {
+    let mut all: Vec<Inseparable> = Vec::new();
+    for rung in &ladder.rungs {
+        let title = ladder.parts.title(rung.part, &ladder.data.robot);
+        let name = ladder.parts.get(rung.part).effect.about().name;
+        for other in rung.also_possible.iter().filter(|o| *o != name) {
+            all.push(Inseparable {
+                effects: vec![title.clone(), other.clone()],
+                separating_motion: separating_motion(name, other).to_string(),
+            });
+        }
+    }
+    all
+}
+
+/// A motion in which two effects differ.
+fn separating_motion(a: &str, b: &str) -> &'static str {
+    let pair = |x: &str, y: &str| (a == x && b == y) || (a == y && b == x);
+    let any = |x: &str| a == x || b == x;
+    if pair("presliding_hysteresis", "stribeck_friction") {
+        "small reversals of 5 to 50 mrad, each position approached from both sides"
+    } else if any("stribeck_friction") {
+        "a wider range of speeds, with slow reversals well below the Stribeck speed"
+    } else if any("torque_gain") {
+        "the same motion with and without a known payload, or poses with only one joint loaded"
+    } else if any("time_delay") {
+        "a faster motion of that joint alone"
+    } else if any("load_dependent_friction") {
+        "the same speeds in poses with high and with low gravity load, or two payloads"
+    } else if any("joint_spring") || any("base_tilt") {
+        "a large range of that joint, and poses with opposite signs of the gravity torque"
+    } else if any("sigmoid_friction") || any("nonlinear_viscous_friction") || any("viscous_friction") {
+        "a wider range of speeds, from crawling to full speed"
+    } else if any("torque_ripple") || any("position_dependent_friction") {
+        "the whole range of the joint at two different speeds, in both directions"
+    } else if any("torque_drift") || any("friction_drift") || any("thermal_friction") {
+        "a longer log, or the same motion cold and warm, with temperatures logged"
+    } else {
+        "a motion of that joint with other speeds and in other poses"
+    }
+}
+
+/// Structure that is left on a joint whose effect was named.
+pub(super) fn remainder(ladder: &Ladder, joint: usize) -> Option<String> {
+    let search = Search {
+        data: &ladder.data,
+        present: &ladder.present,
+        response: &ladder.response,
+        joint,
+        width: ladder.parts.widths[joint],
+    };
+    let (z, part) = ladder.limits.variable;
+    let strongest = search.dependences().into_iter().find(|d| d.score.z >= z && d.part >= part)?;
+    let percent = 100.0 * strongest.part;
+    Some(format!(
+        "{percent:.0} % of what is left depends on {} (z {:.1})",
+        strongest.variable, strongest.score.z
+    ))
+}
+
+/// Looks again with the position filter at half its cut-off: what then disappears was noise of the
+/// acceleration, not physics. Answers whether anything was dropped.
+pub(super) fn drop_artefacts(ladder: &mut Ladder, smoother: Data) -> Result<bool> {
+    let suspects: Vec<usize> = ladder
+        .rungs
+        .iter()
+        .map(|r| r.part)
+        .filter(|&p| OF_ACCELERATION.contains(&ladder.parts.get(p).effect.about().name))
+        .collect();
+    if suspects.is_empty() {
+        return Ok(false);
+    }
+    let again = ladder.on(smoother)?;
+    let mut dropped = false;
+    for part in suspects {
+        let z = again.without(part)?.0.map_or(0.0, |s| s.z);
+        if z < KEPT * ladder.gate {
+            let effect = ladder.parts.get(part).effect.about().name;
+            let joint = ladder.parts.joint(part);
+            let reason = format!("disappears (z {z:.1}) when positions are filtered at half the cut-off");
+            ladder.refused.push(Refusal { effect, joint, reason });
+            ladder.rungs.retain(|r| r.part != part);
+            ladder.parts.remove(part);
+            dropped = true;
+        }
+    }
+    if dropped {
+        ladder.refit()?;
+    }
+    Ok(dropped)
+}

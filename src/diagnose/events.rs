@@ -1,0 +1,273 @@
+//! Contacts: a force between two times, which held-out blocks cannot see because it lies inside one.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::data::{Column, Data};
+use super::floor::Floor;
+use super::normal::Cholesky;
+use super::present::{Present, rms};
+use super::score::long_run_variance;
+use crate::effects::ContactForce;
+use crate::error::Result;
+
+/// Lengths of windows that are tried first \[s\].
+const LENGTHS: [f64; 6] = [0.5, 1.0, 1.5, 2.0, 3.0, 4.0];
+/// Distance between their starts \[s\].
+const STRIDE: f64 = 0.25;
+/// Distance between edges in the end \[s\].
+const EDGE: f64 = 0.1;
+/// Least F of a contact (eight is the most that nothing hidden has shown).
+const LEAST_F: f64 = 20.0;
+/// Least part of all reducible error that a contact must remove.
+const LEAST_PART: f64 = 0.6;
+/// A force has two parameters more than a disturbance of one joint; each must pay this much.
+const PRICE: f64 = 8.0;
+
+/// A contact that stands out.
+pub(super) struct Contact {
+    pub effect: ContactForce,
+    pub force: [f64; 3],
+    /// Its F statistic.
+    pub f: f64,
+}
+
+/// Running sums over rows, so that any window costs one difference.
+struct Sums {
+    /// `sums[k]`: over the rows before `k`, of every product.
+    sums: Vec<Vec<f64>>,
+    width: usize,
+    count: usize,
+}
+
+impl Sums {
+    /// Products of `columns` with the model, with each other, and with the residual.
+    fn new(
+        present: &Present,
+        weights: &[f64],
+        columns: &[Arc<Column>],
+        residual: &[Vec<f64>],
+        rows: Range<usize>,
+    ) -> Self {
+        let (p, n) = (present.width(), columns.len());
+        let mut sums = vec![vec![0.0; n * p + n * n + n]];
+        for k in rows {
+            let mut next = sums.last().cloned().unwrap_or_default();
+            for (i, column) in columns.iter().enumerate() {
+                for (joint, own) in &column.parts {
+                    let c = weights[*joint] * weights[*joint] * own[k];
+                    if c == 0.0 {
+                        continue;
+                    }
+                    for &m in &present.active[*joint] {
+                        next[i * p + m] += c * present.rows(m, *joint)[k];
+                    }
+                    for (other, column) in columns.iter().enumerate() {
+                        next[n * p + i * n + other] += c * column.part(*joint).map_or(0.0, |o| o[k]);
+                    }
+                    next[n * p + n * n + i] += c * residual[*joint][k];
+                }
+            }
+            sums.push(next);
+        }
+        Self { sums, width: p, count: n }
+    }
+
+    /// The products over a window.
+    fn over(&self, window: &Range<usize>) -> Vec<f64> {
+        self.sums[window.end].iter().zip(&self.sums[window.start]).map(|(a, b)| a - b).collect()
+    }
+
+    /// Coefficients over a window, and the weighted squared error they remove.
+    fn window(&self, factor: &Cholesky, window: &Range<usize>) -> Option<(Vec<f64>, f64)> {
+        let (p, n) = (self.width, self.count);
+        let s = self.over(window);
+        let mut h = s[n * p..n * p + n * n].to_vec();
+        for k in 0..n {
+            let shadow = factor.solve(&s[k * p..(k + 1) * p]);
+            for i in 0..n {
+                h[i * n + k] -= s[i * p..(i + 1) * p].iter().zip(&shadow).map(|(a, b)| a * b).sum::<f64>();
+            }
+        }
+        let g = &s[n * p + n * n..];
+        let h = Cholesky::new(&h, n, 1e-6, 0.0);
+        if h.kept.is_empty() {
+            return None;
+        }
+        let d = h.solve(g);
+        let gain = g.iter().zip(&d).map(|(a, b)| a * b).sum();
+        Some((d, gain))
+    }
+}
+
+/// The strongest contact, where one stands out from everything else.
+pub(super) fn contact(data: &Data, present: &Present, floor: &Floor) -> Result<Option<Contact>> {
+    let mut best: Option<Contact> = None;
+    for run in (0..data.runs.len()).filter(|&r| data.changed[r]) {
+        let found = in_run(data, present, floor, run)?;
+        if let Some(found) = found
+            && best.as_ref().is_none_or(|b| found.f > b.f)
+        {
+            best = Some(found);
+        }
+    }
+    Ok(best)
+}
+
+fn in_run(data: &Data, present: &Present, floor: &Floor, run: usize) -> Result<Option<Contact>> {
+    let (rows, span) = (&data.rows[run], data.run_ranges()[run].clone());
+    let name = data.runs[run].name.clone();
+    let log = (data.runs.len() > 1).then_some(name);
+    let end = rows.start + rows.count as f64 * rows.dt;
+    let whole = ContactForce {
+        from_s: rows.start - 1e3,
+        to_s: end + 1e3,
+        link: None,
+        point: [0.0; 3],
+        log: log.clone(),
+    };
+    let columns: Vec<Arc<Column>> = data.columns(&whole)?.into_iter().map(Arc::new).collect();
+    let residual = present.residual_of(&data.tau, &present.fit(&data.tau));
+    let mut weights = present.weights.clone();
+    let per = |seconds: f64| (libm::round(seconds / rows.dt) as usize).max(1);
+    let mut window = 0..0;
+    for round in 0..3 {
+        let sums = Sums::new(present, &weights, &columns, &residual, span.clone());
+        let try_window = |w: Range<usize>| sums.window(&present.all, &w).map(|(d, gain)| (w, d, gain));
+        let candidates: Vec<Range<usize>> =
+            if round == 0 { coarse(rows.count, &per) } else { edges(&window, rows.count, per(EDGE)) };
+        let best = candidates.into_iter().filter_map(try_window).reduce(|a, b| if b.2 > a.2 { b } else { a });
+        let Some((w, d, _)) = best else { return Ok(None) };
+        window = w;
+        let global = span.start + window.start..span.start + window.end;
+        let after = without(present, &columns, &residual, &d, &global, &sums, &window);
+        weights = outside_weights(&after, &global);
+    }
+    // Once more with weights that know nothing of the contact.
+    let sums = Sums::new(present, &weights, &columns, &residual, span.clone());
+    let Some((d, gain)) = sums.window(&present.all, &window) else { return Ok(None) };
+    let global = span.start + window.start..span.start + window.end;
+    let after = without(present, &columns, &residual, &d, &global, &sums, &window);
+    let kappa = autocorrelation(data, &after, &global);
+    let f = gain / 3.0 / kappa;
+    let removed = removed(data, floor, &residual, &after);
+    let bump = one_joint(data, present, &weights, &residual, &span, &window);
+    let stands_out = f >= LEAST_F && removed >= LEAST_PART && gain > bump + 2.0 * PRICE * kappa;
+    let (from, to) = (rows.start + window.start as f64 * rows.dt, rows.start + window.end as f64 * rows.dt);
+    let effect = ContactForce { from_s: from, to_s: to, link: None, point: [0.0; 3], log };
+    let force = [d[0], d[1], d[2]];
+    Ok(stands_out.then_some(Contact { effect, force, f }))
+}
+
+fn coarse(count: usize, per: &dyn Fn(f64) -> usize) -> Vec<Range<usize>> {
+    let mut all = Vec::new();
+    for length in LENGTHS.map(per) {
+        let mut start = 0;
+        while start + length <= count {
+            all.push(start..start + length);
+            start += per(STRIDE);
+        }
+    }
+    all
+}
+
+fn edges(window: &Range<usize>, count: usize, step: usize) -> Vec<Range<usize>> {
+    let near = |x: usize| -> Vec<usize> {
+        (0..=12).filter_map(|k| (x + k * step).checked_sub(6 * step)).filter(|&x| x <= count).collect()
+    };
+    let ends = near(window.end);
+    near(window.start)
+        .into_iter()
+        .flat_map(|a| ends.iter().map(move |&b| a..b))
+        .filter(|w| w.start + 2 * step <= w.end)
+        .collect()
+}
+
+/// Residual with the force in the model.
+fn without(
+    present: &Present,
+    columns: &[Arc<Column>],
+    residual: &[Vec<f64>],
+    d: &[f64],
+    global: &Range<usize>,
+    sums: &Sums,
+    window: &Range<usize>,
+) -> Vec<Vec<f64>> {
+    let p = sums.width;
+    let s = sums.over(window);
+    let mut cross = vec![0.0; p];
+    for (i, dk) in d.iter().enumerate() {
+        cross.iter_mut().zip(&s[i * p..(i + 1) * p]).for_each(|(c, x)| *c += dk * x);
+    }
+    // The model gives back what it had taken of the force.
+    let back: Vec<f64> = present.all.solve(&cross).into_iter().map(|x| -x).collect();
+    residual
+        .iter()
+        .enumerate()
+        .map(|(joint, residual)| {
+            let mut rest = residual.clone();
+            for (dk, column) in d.iter().zip(columns) {
+                if let Some(part) = column.part(joint) {
+                    for k in global.clone() {
+                        rest[k] -= dk * part[k];
+                    }
+                }
+            }
+            let rows = 0..rest.len();
+            present.take_away(&back, joint, rows, &mut rest);
+            rest
+        })
+        .collect()
+}
+
+/// One over the rms of each joint outside a window.
+fn outside_weights(residual: &[Vec<f64>], window: &Range<usize>) -> Vec<f64> {
+    let outside = |r: &Vec<f64>| -> Vec<f64> {
+        r.iter().enumerate().filter(|(k, _)| !window.contains(k)).map(|(_, x)| *x).collect()
+    };
+    residual.iter().map(|r| 1.0 / rms(&outside(r)).max(1e-12)).collect()
+}
+
+/// How much larger sums of the residual vary than if its rows were independent, outside the window.
+fn autocorrelation(data: &Data, residual: &[Vec<f64>], window: &Range<usize>) -> f64 {
+    let factors: Vec<f64> = residual
+        .iter()
+        .map(|r| {
+            let mut outside = r.clone();
+            outside[window.clone()].fill(0.0);
+            let white: f64 = outside.iter().map(|x| x * x).sum();
+            if white > 0.0 { long_run_variance(data, &outside) / white } else { 1.0 }
+        })
+        .collect();
+    (factors.iter().sum::<f64>() / factors.len().max(1) as f64).max(1.0)
+}
+
+/// Part of all reducible error, in units of the noise floors, that a contact removes.
+fn removed(data: &Data, floor: &Floor, before: &[Vec<f64>], after: &[Vec<f64>]) -> f64 {
+    let n = data.count() as f64;
+    let (mut gain, mut excess) = (0.0, 0.0);
+    for (joint, floor) in floor.rms.iter().enumerate() {
+        let square = |r: &[f64]| r.iter().map(|x| x * x).sum::<f64>() / (floor * floor);
+        gain += square(&before[joint]) - square(&after[joint]);
+        excess += (square(&before[joint]) - n).max(0.0);
+    }
+    if excess > 0.0 { gain / excess } else { 0.0 }
+}
+
+/// What a disturbance of a single joint's torque would remove over the same window, at most.
+fn one_joint(
+    data: &Data,
+    present: &Present,
+    weights: &[f64],
+    residual: &[Vec<f64>],
+    span: &Range<usize>,
+    window: &Range<usize>,
+) -> f64 {
+    (0..data.dof())
+        .filter_map(|joint| {
+            let columns = [Arc::new(Column::of(joint, vec![1.0; data.count()]))];
+            let sums = Sums::new(present, weights, &columns, residual, span.clone());
+            sums.window(&present.all, window).map(|(_, gain)| gain)
+        })
+        .fold(0.0, f64::max)
+}

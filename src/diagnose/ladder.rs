@@ -1,0 +1,399 @@
+//! The climb: name the effect that explains most in unseen data, add it, fit everything again, until nothing
+//! significant is left; then look back whether all of it is still needed.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::candidates::{self, Candidate};
+use super::closing::Unknown;
+use super::data::{Column, Data};
+use super::floor::Floor;
+use super::parts::{Part, Parts};
+use super::present::{Present, Response, rms};
+use super::score::{Projection, Score};
+use super::{Limits, events, refine};
+use crate::effects::Effect;
+use crate::error::Result;
+
+/// Offset, viscous and Coulomb friction come first in the catalogue, after the rigid body.
+const PLAIN: usize = 3;
+
+/// One effect that was added, with what it brought.
+#[derive(Debug, Clone)]
+pub(super) struct Rung {
+    /// Number of the part it became.
+    pub part: usize,
+    /// Score at the time it was added.
+    pub score: Score,
+    /// Gain in units of the noise floor, per sample.
+    pub usefulness: f64,
+    /// Held-out rms of each joint before and after.
+    pub before: Vec<f64>,
+    pub after: Vec<f64>,
+    /// Whether others came in at the same time.
+    pub together: bool,
+    /// Explanations that the data cannot tell from this one.
+    pub also_possible: Vec<String>,
+}
+
+/// Something that fits but cannot be.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Refusal {
+    pub effect: &'static str,
+    pub joint: Option<usize>,
+    pub reason: String,
+}
+
+/// The state of the climb.
+pub(super) struct Ladder {
+    pub data: Data,
+    pub parts: Parts,
+    pub limits: Limits,
+    pub floor: Floor,
+    /// Least z of anything that is believed.
+    pub gate: f64,
+    /// How high sign flips of these data reach.
+    pub flips: f64,
+    pub candidates: Vec<Candidate>,
+    pub present: Present,
+    pub response: Response,
+    pub rungs: Vec<Rung>,
+    pub refused: Vec<Refusal>,
+    /// Structure without a name.
+    pub unknown: Vec<Unknown>,
+    /// Parts that act in an interval only.
+    pub events: Vec<usize>,
+    /// Largest z of anything at the last look, with what it belongs to.
+    pub best_left: f64,
+}
+
+/// A candidate that is about to be added.
+struct Addition {
+    candidate: usize,
+    alternative: usize,
+    score: Score,
+    usefulness: f64,
+    also: Vec<String>,
+}
+
+/// A candidate with its score.
+pub(super) struct Scored {
+    pub candidate: usize,
+    pub score: Score,
+    /// Gain in units of the noise floor, per sample: on its own joint, or summed.
+    pub usefulness: f64,
+}
+
+impl Ladder {
+    /// Held-out rms of each joint now.
+    pub fn rms(&self) -> Vec<f64> {
+        self.response.residual.iter().map(|r| rms(r)).collect()
+    }
+
+    /// The same parts, fitted to other data.
+    pub fn on(&self, data: Data) -> Result<Self> {
+        let mut parts = self.parts.clone();
+        let mut data = data;
+        if parts.need_torque() {
+            for (new, old) in data.runs.iter_mut().zip(&self.data.runs) {
+                new.model.clone_from(&old.model);
+            }
+        }
+        parts.rebuild(&data, false)?;
+        let mut again = Self {
+            data,
+            parts,
+            limits: self.limits.clone(),
+            floor: self.floor.clone(),
+            gate: self.gate,
+            flips: self.flips,
+            candidates: Vec::new(),
+            present: self.present.clone(),
+            response: self.response.clone(),
+            rungs: self.rungs.clone(),
+            refused: Vec::new(),
+            unknown: Vec::new(),
+            events: self.events.clone(),
+            best_left: 0.0,
+        };
+        again.refit()?;
+        Ok(again)
+    }
+
+    /// Held-out rms of each joint when some parts are left out.
+    pub fn rms_without(&self, parts: &[usize]) -> Vec<f64> {
+        let present = Present::new(&self.data, self.parts.columns_without(parts));
+        let response = present.respond(&self.data, self.data.tau.clone());
+        response.residual.iter().map(|r| rms(r)).collect()
+    }
+
+    /// Fits the parts as they are now; effects that depend on the model's torque are rebuilt with it.
+    pub fn refit(&mut self) -> Result<()> {
+        let rounds = if self.parts.need_torque() { 3 } else { 1 };
+        for round in 0..rounds {
+            self.present = Present::new(&self.data, self.parts.columns());
+            if round + 1 < rounds {
+                self.refresh_torque()?;
+                self.parts.rebuild(&self.data, true)?;
+            }
+        }
+        self.response = self.present.respond(&self.data, self.data.tau.clone());
+        Ok(())
+    }
+
+    /// Puts the torque of the model at hand into the runs.
+    pub fn refresh_torque(&mut self) -> Result<()> {
+        let x = self.present.fit(&self.data.tau);
+        let (model, values) = self.parts.model(&self.data.robot, &x)?;
+        crate::identify::refresh_model_torque(&model, &values, &mut self.data.runs)
+    }
+
+    /// Columns of the candidates that depend on the model's torque, from the model at hand.
+    pub fn refresh_candidates(&mut self) -> Result<()> {
+        self.refresh_torque()?;
+        candidates::fill(&mut self.candidates, &self.data, true);
+        Ok(())
+    }
+
+    /// Looks for a contact before anything else: held-out blocks cannot see what lies inside one of them.
+    pub fn look_for_contact(&mut self, say: &mut dyn FnMut(&str)) -> Result<()> {
+        say("looking for contacts");
+        let Some(contact) = events::contact(&self.data, &self.present, &self.floor)? else { return Ok(()) };
+        say(&format!("contact from {:.2} s to {:.2} s", contact.effect.from_s, contact.effect.to_s));
+        let before = self.rms();
+        let part = Part::found(&self.data, contact.effect.boxed(), None, &contact.force)?;
+        let part = self.parts.add(part);
+        self.refit()?;
+        let after = self.rms();
+        let n = self.data.count() as f64;
+        let gained = |j: usize| (before[j] * before[j] - after[j] * after[j]) * n;
+        let gain_of_joint: Vec<f64> = (0..self.data.dof()).map(gained).collect();
+        let mut score = Score::of_gain(gain_of_joint, contact.f.sqrt());
+        let square: f64 = before.iter().map(|r| r * r * n).sum();
+        score.share = score.gain_of_joint.iter().sum::<f64>() / square.max(1e-300);
+        let usefulness = self.usefulness(None, &score);
+        self.events.push(part);
+        self.rungs.push(Rung {
+            part,
+            score,
+            usefulness,
+            before,
+            after,
+            together: false,
+            also_possible: Vec::new(),
+        });
+        Ok(())
+    }
+
+    fn projections(&self) -> Vec<Option<Projection>> {
+        self.candidates
+            .par_iter()
+            .map(|candidate| {
+                if candidate.columns.is_empty() || self.parts.has(candidate) || self.is_refused(candidate) {
+                    return None;
+                }
+                Some(Projection::new(&self.data, &self.present, candidate.columns.clone(), 0.0))
+            })
+            .collect()
+    }
+
+    /// Scores everything that is not yet part of the model, best first.
+    fn scan(&self) -> Vec<Scored> {
+        let mut all: Vec<Scored> = self
+            .projections()
+            .par_iter()
+            .enumerate()
+            .filter_map(|(candidate, projection)| {
+                let score = projection.as_ref()?.score(&self.data, &self.present, &self.response)?;
+                let usefulness = self.usefulness(self.candidates[candidate].joint, &score);
+                Some(Scored { candidate, score, usefulness })
+            })
+            .collect();
+        all.sort_by(|a, b| b.usefulness.total_cmp(&a.usefulness));
+        all
+    }
+
+    /// Gain in units of the noise floor, per sample: on the candidate's own joint, or over all joints.
+    pub fn usefulness(&self, joint: Option<usize>, score: &Score) -> f64 {
+        let n = self.data.count() as f64;
+        let of = |j: usize| score.gain_of_joint[j] / (self.floor.rms[j] * self.floor.rms[j] * n);
+        joint.map_or_else(|| (0..self.data.dof()).map(of).sum(), of)
+    }
+
+    /// Whether a score is believed.
+    pub fn passes(&self, usefulness: f64, score: &Score) -> bool {
+        score.z >= self.gate && self.worthwhile(usefulness, score)
+    }
+
+    /// Everything that is asked of a score beside its significance.
+    fn worthwhile(&self, usefulness: f64, score: &Score) -> bool {
+        score.share >= self.limits.least_share
+            && usefulness >= self.limits.least_usefulness
+            && score.z_without_best >= self.limits.z_without_best
+    }
+
+    fn is_refused(&self, candidate: &Candidate) -> bool {
+        self.refused.iter().any(|r| r.effect == candidate.name() && r.joint == candidate.joint)
+    }
+
+    /// Calibrates the gate on these very data: present residuals with random signs have nothing to find.
+    pub fn calibrate(&mut self, seed: u64, say: &mut dyn FnMut(&str)) {
+        say("calibrating the threshold by sign flips");
+        let projections = self.projections();
+        let seconds = self.data.seconds();
+        let highest = |replicate: usize| -> f64 {
+            let mut stream = crate::random::Stream::new(seed ^ 0x7369_676e, replicate);
+            let flipped: Vec<Vec<f64>> = self
+                .response
+                .residual
+                .iter()
+                .map(|residual| {
+                    let signs: Vec<f64> = (0..=seconds.last().copied().unwrap_or(0))
+                        .map(|_| if stream.uniform() < 0.5 { -1.0 } else { 1.0 })
+                        .collect();
+                    residual.iter().zip(&seconds).map(|(r, &s)| r * signs[s]).collect()
+                })
+                .collect();
+            let response = self.present.respond(&self.data, flipped);
+            projections
+                .iter()
+                .enumerate()
+                .filter_map(|(k, p)| Some((k, p.as_ref()?.score(&self.data, &self.present, &response)?)))
+                .filter(|(k, score)| {
+                    self.worthwhile(self.usefulness(self.candidates[*k].joint, score), score)
+                })
+                .map(|(_, score)| score.z)
+                .fold(0.0, f64::max)
+        };
+        let mut found: Vec<f64> = (0..self.limits.sign_flips).into_par_iter().map(highest).collect();
+        found.sort_by(f64::total_cmp);
+        let place = (0.95 * found.len() as f64) as usize;
+        let quantile = found.get(place.min(found.len().saturating_sub(1))).copied().unwrap_or(0.0);
+        self.flips = quantile;
+        self.gate = quantile.clamp(self.limits.least_z, self.limits.most_z.max(self.limits.least_z));
+    }
+
+    /// Adds what explains most until nothing passes, or the limit of steps is reached.
+    pub fn climb(&mut self, say: &mut dyn FnMut(&str)) -> Result<()> {
+        while self.rungs.len() < self.limits.steps {
+            self.refresh_candidates()?;
+            let scored = self.scan();
+            self.best_left = scored.iter().map(|s| s.score.z).fold(0.0, f64::max);
+            let passing: Vec<&Scored> =
+                scored.iter().filter(|s| self.passes(s.usefulness, &s.score)).collect();
+            let chosen = passing.first().map(|best| self.simplest_tie(best, &passing));
+            // Plain friction first: while that is missing, everything else looks strange.
+            let plain = passing.iter().any(|s| self.candidates[s.candidate].order <= PLAIN);
+            if !plain
+                && let Some(unknown) = self.unknown_beside(chosen, &passing)?
+                && self.add_unknown(unknown, say)?
+            {
+                continue;
+            }
+            let Some(chosen) = chosen else { return Ok(()) };
+            let first = (chosen, self.also_possible(chosen, &passing));
+            let others = self.family(chosen, &passing).into_iter().map(|s| (s, Vec::new()));
+            let steps: Vec<Addition> = std::iter::once(first)
+                .chain(others)
+                .map(|(s, also)| Addition {
+                    candidate: s.candidate,
+                    alternative: s.score.alternative,
+                    score: s.score.clone(),
+                    usefulness: s.usefulness,
+                    also,
+                })
+                .collect();
+            self.add_all(steps, say)?;
+        }
+        Ok(())
+    }
+
+    fn add_all(&mut self, steps: Vec<Addition>, say: &mut dyn FnMut(&str)) -> Result<()> {
+        let before = self.rms();
+        let mut added = Vec::new();
+        for step in steps {
+            if let Some(part) = self.try_add(step.candidate, step.alternative)? {
+                added.push((part, step));
+            }
+        }
+        if added.is_empty() {
+            return Ok(());
+        }
+        self.refit()?;
+        let after = self.rms();
+        let together = added.len() > 1;
+        for (part, step) in added {
+            say(&format!("found {}", self.parts.title(part, &self.data.robot)));
+            let (before, after) = (before.clone(), after.clone());
+            let Addition { score, usefulness, also: also_possible, .. } = step;
+            self.rungs.push(Rung { part, score, usefulness, before, after, together, also_possible });
+        }
+        Ok(())
+    }
+
+    /// Refines a candidate and adds it, unless its numbers cannot be physics.
+    pub fn try_add(&mut self, candidate: usize, alternative: usize) -> Result<Option<usize>> {
+        let chosen = &self.candidates[candidate];
+        let (name, joint) = (chosen.name(), chosen.joint);
+        let start = chosen.alternatives[alternative].clone();
+        let effect = refine::shapes(&self.data, &self.present, start)?;
+        let values = self.values(effect.as_ref())?;
+        let reason =
+            effect.undecidable(&self.data.robot, &self.data.runs).or_else(|| effect.implausible(&values));
+        if let Some(reason) = reason {
+            self.refused.push(Refusal { effect: name, joint, reason });
+            return Ok(None);
+        }
+        let part = Part::found(&self.data, effect, joint, &values)?;
+        Ok(Some(self.parts.add(part)))
+    }
+
+    /// Linear parameters of `effect` fitted to all data together with the model at hand.
+    pub fn values(&self, effect: &dyn Effect) -> Result<Vec<f64>> {
+        let own: Vec<Arc<Column>> = self.data.candidate_columns(effect)?.into_iter().map(Arc::new).collect();
+        let count = own.len();
+        let mut columns = self.parts.columns();
+        columns.columns.splice(0..0, own);
+        let together = Present::with_weights(&self.data, columns, &self.present.weights);
+        Ok(together.fit(&self.data.tau)[..count].to_vec())
+    }
+
+    /// Drops effects that have become needless since others came in; answers whether there were any.
+    pub fn look_back(&mut self, say: &mut dyn FnMut(&str)) -> Result<bool> {
+        let mut dropped = false;
+        loop {
+            let mut weakest: Option<(usize, f64)> = None;
+            for rung in 0..self.rungs.len() {
+                let part = self.rungs[rung].part;
+                if self.events.contains(&part) {
+                    continue;
+                }
+                let (score, usefulness) = self.without(part)?;
+                let needed = score.as_ref().is_some_and(|s| self.passes(usefulness, s));
+                let z = score.map_or(0.0, |s| s.z);
+                if !needed && weakest.is_none_or(|(_, least)| z < least) {
+                    weakest = Some((rung, z));
+                }
+            }
+            let Some((rung, _)) = weakest else { return Ok(dropped) };
+            let part = self.rungs.remove(rung).part;
+            say(&format!("no longer needed: {}", self.parts.title(part, &self.data.robot)));
+            self.parts.remove(part);
+            self.refit()?;
+            dropped = true;
+        }
+    }
+
+    /// What a part is worth now: its score beside all the others.
+    pub fn without(&self, part: usize) -> Result<(Option<Score>, f64)> {
+        let present =
+            Present::with_weights(&self.data, self.parts.columns_without(&[part]), &self.present.weights);
+        let response = present.respond(&self.data, self.data.tau.clone());
+        let own = self.parts.own_columns(part);
+        let projection = Projection::new(&self.data, &present, vec![own], 0.0);
+        let score = projection.score(&self.data, &present, &response);
+        let usefulness = score.as_ref().map_or(0.0, |s| self.usefulness(self.parts.joint(part), s));
+        Ok((score, usefulness))
+    }
+}

@@ -1,0 +1,255 @@
+//! What the model at hand is made of: effects with their columns, and nuisance columns that nobody names.
+
+use std::sync::Arc;
+
+use super::candidates::{Candidate, local_joint};
+use super::data::{Column, Data};
+use super::present::Columns;
+use crate::effects::Effect;
+use crate::error::Result;
+use crate::identify::BaseParameters;
+use crate::model::Model;
+use crate::robot::Robot;
+
+/// Relative step for slopes with respect to nonlinear parameters.
+const STEP: f64 = 0.02;
+
+/// An effect in the model.
+#[derive(Debug, Clone)]
+pub(super) struct Part {
+    pub effect: Box<dyn Effect>,
+    /// The joint it acts on, where it is one.
+    pub joint: Option<usize>,
+    /// Whether it was found here, or was there from the start.
+    pub found: bool,
+    /// Terms that are fitted: all of them, or the leading ones of base parameters.
+    terms: Vec<usize>,
+    columns: Vec<Arc<Column>>,
+    /// Slopes with respect to its nonlinear parameters, so that later tests allow for their re-estimation.
+    slopes: Vec<Arc<Column>>,
+    removed: bool,
+}
+
+impl Part {
+    /// A part of the starting model.
+    pub fn given(data: &Data, effect: Box<dyn Effect>) -> Result<Self> {
+        let terms = match effect.about().name {
+            "rigid_body" => BaseParameters::new(&data.robot).pivots,
+            _ => (0..effect.terms(&data.robot)?.len()).collect(),
+        };
+        let joint = local_joint(effect.as_ref(), &data.robot)?;
+        let mut part =
+            Self { effect, joint, found: false, terms, columns: vec![], slopes: vec![], removed: false };
+        part.build(data)?;
+        Ok(part)
+    }
+
+    /// A part found here, with its linear parameters for the slopes of the nonlinear ones.
+    pub fn found(data: &Data, effect: Box<dyn Effect>, joint: Option<usize>, values: &[f64]) -> Result<Self> {
+        let terms = (0..values.len()).collect();
+        let mut part =
+            Self { effect, joint, found: true, terms, columns: vec![], slopes: vec![], removed: false };
+        part.build(data)?;
+        part.slopes = part.slopes_at(data, values)?;
+        Ok(part)
+    }
+
+    fn build(&mut self, data: &Data) -> Result<()> {
+        let all = if self.found {
+            data.candidate_columns(self.effect.as_ref())?
+        } else {
+            data.columns_of(self.effect.as_ref(), Some(&self.terms))?
+        };
+        let mut all: Vec<Option<Column>> = all.into_iter().map(Some).collect();
+        self.columns = self.terms.iter().filter_map(|&t| all[t].take()).map(Arc::new).collect();
+        Ok(())
+    }
+
+    fn slopes_at(&self, data: &Data, values: &[f64]) -> Result<Vec<Arc<Column>>> {
+        let shapes = self.effect.shapes();
+        let now: Vec<f64> = shapes.iter().map(|s| s.value).collect();
+        let mut slopes = Vec::new();
+        for (k, shape) in shapes.iter().enumerate() {
+            let step = STEP * shape.value.abs().max(0.05 * (shape.high - shape.low));
+            let at = |sign: f64| -> Result<Vec<Column>> {
+                let mut moved = now.clone();
+                moved[k] += sign * step;
+                data.candidate_columns(self.effect.with_shapes(&moved).as_ref())
+            };
+            let (up, down) = (at(1.0)?, at(-1.0)?);
+            slopes.push(Arc::new(difference(&up, &down, values, 0.5 / step)));
+        }
+        Ok(slopes)
+    }
+}
+
+/// `sum over columns of value * (up - down) * factor`.
+fn difference(up: &[Column], down: &[Column], values: &[f64], factor: f64) -> Column {
+    let mut joints: Vec<usize> = up.iter().flat_map(|c| c.parts.iter().map(|(j, _)| *j)).collect();
+    joints.sort_unstable();
+    joints.dedup();
+    let rows = |joint: usize| -> Vec<f64> {
+        let mut sum: Vec<f64> = Vec::new();
+        for ((up, down), value) in up.iter().zip(down).zip(values) {
+            let (Some(a), Some(b)) = (up.part(joint), down.part(joint)) else { continue };
+            sum.resize(a.len(), 0.0);
+            for (s, (a, b)) in sum.iter_mut().zip(a.iter().zip(b)) {
+                *s += factor * value * (a - b);
+            }
+        }
+        sum
+    };
+    Column { parts: joints.into_iter().map(|j| (j, rows(j))).collect() }
+}
+
+/// All parts of the model at hand.
+#[derive(Debug, Clone)]
+pub(super) struct Parts {
+    parts: Vec<Part>,
+    /// Width of the smoothed sign of each joint [rad/s].
+    pub widths: Vec<f64>,
+    nuisances: Vec<Arc<Column>>,
+    /// Whether candidates exist in some of the runs only; the effects that were there may then change too.
+    two_logs: bool,
+}
+
+impl Parts {
+    /// The starting model. Where a sign is smoothed, the change of the columns with its width is taken in
+    /// as a nuisance: a sign sharper or softer than the model's must not look like physics.
+    pub fn new(data: &Data, effects: Vec<Box<dyn Effect>>, widths: Vec<f64>) -> Result<Self> {
+        let parts: Vec<Part> = effects.into_iter().map(|e| Part::given(data, e)).collect::<Result<_>>()?;
+        let mut this =
+            Self { parts, widths, nuisances: Vec::new(), two_logs: data.changed.iter().any(|c| !c) };
+        this.renew_nuisances(data)?;
+        Ok(this)
+    }
+
+    fn renew_nuisances(&mut self, data: &Data) -> Result<()> {
+        let mut joints: Vec<usize> = Vec::new();
+        for part in self.live().map(|(_, p)| p).filter(|p| has_sign(p.effect.as_ref())) {
+            joints.extend(part.effect.terms(&data.robot)?.iter().flat_map(|t| t.joints.clone()));
+        }
+        joints.sort_unstable();
+        joints.dedup();
+        let column = |joint: usize| {
+            let width = self.widths[joint];
+            // A difference over a factor of four: a slope at one width is too local.
+            let rows = data.rows_of(|run, out| {
+                for (y, v) in out.iter_mut().zip(run.friction_dq(joint)) {
+                    *y = libm::tanh(2.0 * v / width) - libm::tanh(0.5 * v / width);
+                }
+            });
+            Arc::new(Column::of(joint, rows))
+        };
+        self.nuisances = joints.into_iter().map(column).collect();
+        Ok(())
+    }
+
+    fn live(&self) -> impl Iterator<Item = (usize, &Part)> {
+        self.parts.iter().enumerate().filter(|(_, p)| !p.removed)
+    }
+
+    /// Adds a part; the columns of its joint get their nuisance at the next [`Parts::rebuild`].
+    pub fn add(&mut self, part: Part) -> usize {
+        self.parts.push(part);
+        self.parts.len() - 1
+    }
+
+    pub fn remove(&mut self, part: usize) {
+        self.parts[part].removed = true;
+    }
+
+    pub fn get(&self, part: usize) -> &Part {
+        &self.parts[part]
+    }
+
+    pub fn joint(&self, part: usize) -> Option<usize> {
+        self.parts[part].joint
+    }
+
+    /// Computes columns again: all of them, or those that depend on the model's torque.
+    pub fn rebuild(&mut self, data: &Data, only_model_dependent: bool) -> Result<()> {
+        for part in self.parts.iter_mut().filter(|p| !p.removed) {
+            if !only_model_dependent || part.effect.needs_torque() {
+                part.build(data)?;
+            }
+        }
+        self.renew_nuisances(data)
+    }
+
+    /// Whether a part depends on the model's torque.
+    pub fn need_torque(&self) -> bool {
+        self.live().any(|(_, p)| p.effect.needs_torque())
+    }
+
+    /// All columns: effects first, then slopes, then nuisances.
+    pub fn columns(&self) -> Columns {
+        self.columns_without(&[])
+    }
+
+    /// All columns but those of some parts.
+    pub fn columns_without(&self, parts: &[usize]) -> Columns {
+        let kept = || self.live().filter(move |(k, _)| !parts.contains(k)).map(|(_, p)| p);
+        let effects = kept().flat_map(|p| p.columns.iter().cloned());
+        let slopes = kept().flat_map(|p| p.slopes.iter().cloned());
+        let columns = effects.chain(slopes).chain(self.nuisances.iter().cloned()).collect();
+        Columns { columns, nuisances: self.nuisances.len() }
+    }
+
+    /// Columns of one part.
+    pub fn own_columns(&self, part: usize) -> Vec<Arc<Column>> {
+        self.parts[part].columns.clone()
+    }
+
+    /// Where the columns of a part stand among all columns.
+    pub fn place(&self, part: usize) -> std::ops::Range<usize> {
+        let before: usize = self.live().take_while(|(k, _)| *k != part).map(|(_, p)| p.columns.len()).sum();
+        before..before + self.parts[part].columns.len()
+    }
+
+    /// Whether a candidate is part of the model already.
+    pub fn has(&self, candidate: &Candidate) -> bool {
+        self.live().any(|(_, p)| {
+            p.effect.about().name == candidate.name()
+                && (p.joint == candidate.joint || p.joint.is_none())
+                && (p.found || !self.two_logs)
+        })
+    }
+
+    /// The effects, in the order of their columns.
+    pub fn effects(&self) -> Vec<Box<dyn Effect>> {
+        self.live().map(|(_, p)| p.effect.clone()).collect()
+    }
+
+    /// The effects that act in all runs, in the order of their columns.
+    pub fn shared_effects(&self) -> Vec<Box<dyn Effect>> {
+        self.live().filter(|(_, p)| !(p.found && self.two_logs)).map(|(_, p)| p.effect.clone()).collect()
+    }
+
+    /// Live parts.
+    pub fn numbers(&self) -> Vec<usize> {
+        self.live().map(|(k, _)| k).collect()
+    }
+
+    /// The same model for everybody else, with its values out of `x`.
+    pub fn model(&self, robot: &Robot, x: &[f64]) -> Result<(Model, Vec<f64>)> {
+        let model = Model::new(robot, self.shared_effects())?;
+        let values = x[..model.columns.len()].to_vec();
+        Ok((model, values))
+    }
+
+    /// Name and joint, for people.
+    pub fn title(&self, part: usize, robot: &Robot) -> String {
+        let part = &self.parts[part];
+        let joint = part.joint.map_or_else(String::new, |j| format!(" on {}", robot.joints[j].name));
+        format!("{}{joint}", part.effect.about().name)
+    }
+}
+
+/// Whether an effect has a sign that is smoothed.
+fn has_sign(effect: &dyn Effect) -> bool {
+    matches!(
+        effect.about().name,
+        "coulomb_friction" | "stribeck_friction" | "presliding_hysteresis" | "load_dependent_friction"
+    )
+}

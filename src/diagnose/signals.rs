@@ -1,0 +1,135 @@
+//! Choosing the signal step: what predicts held-out data best under a plain model, before physics is blamed.
+
+use crate::effects::{CoulombFriction, Effect, Joints, RigidBody, TorqueOffset, ViscousFriction};
+use crate::error::Result;
+use crate::identify::{Evidence, Weighting, held_out};
+use crate::log::Log;
+use crate::model::Model;
+use crate::robot::Robot;
+use crate::signals::{Folds, Mode, Run, Settings, SignalReport, VelocityFrom, prepare};
+
+/// Cut-offs tried for positions and velocities before they are differentiated \[Hz\].
+const POSITION_HZ: [f64; 7] = [4.0, 2.0, 3.0, 6.0, 8.0, 12.0, 1.5];
+/// Cut-offs tried for the velocities of columns with a sign \[Hz\], beside that of the positions.
+const FRICTION_HZ: [f64; 3] = [15.0, 40.0, 100.0];
+/// Widths of the smoothed sign that the signal step may cause [rad/s]; a wider one is physics.
+pub(super) const WIDTHS: [f64; 5] = [0.01, 0.002, 0.005, 0.02, 0.04];
+
+/// Logs prepared with the settings that predict best.
+pub(super) struct Chosen {
+    pub settings: Settings,
+    pub runs: Vec<Run>,
+    pub reports: Vec<SignalReport>,
+    pub folds: Folds,
+    /// Width of the smoothed sign of each joint [rad/s].
+    pub widths: Vec<f64>,
+}
+
+/// What is being chosen for.
+pub(super) struct Choice<'a> {
+    pub robot: &'a Robot,
+    pub logs: &'a [Log],
+    pub settings: Settings,
+    /// Whether cut-offs and source of the velocity are chosen too, or taken from the settings.
+    pub free: bool,
+    pub folds: &'a dyn Fn(&[Run]) -> Result<Folds>,
+}
+
+impl Choice<'_> {
+    /// Chooses source of the velocity, its cut-off, then cut-off and width of the sign, by held-out error.
+    pub fn decide(self, say: &mut dyn FnMut(&str)) -> Result<Chosen> {
+        let mut settings = Settings { mode: Mode::Parallel, ..self.settings.clone() };
+        let dof = self.robot.dof();
+        let usual = vec![WIDTHS[0]; dof];
+        let first = self.prepare(&settings)?;
+        let folds = (self.folds)(&first.0)?;
+        if self.free {
+            say("choosing the source and the cut-off of velocities");
+            let logged = self.logs.iter().all(|log| log.dq.is_some());
+            let sources: &[VelocityFrom] = if logged && settings.velocity_from == VelocityFrom::Auto {
+                &[VelocityFrom::Velocity, VelocityFrom::Position]
+            } else {
+                &[VelocityFrom::Auto]
+            };
+            let tried = |from: VelocityFrom, hz: f64| Settings {
+                velocity_from: from,
+                position_cutoff_hz: hz,
+                ..settings.clone()
+            };
+            let mut best: Option<(f64, Settings)> = None;
+            for &from in sources {
+                for hz in POSITION_HZ {
+                    let candidate = tried(from, hz);
+                    let Ok((runs, _)) = self.prepare(&candidate) else { continue };
+                    let error: f64 = self.errors(&runs, &folds, &usual)?.iter().map(|r| libm::log(*r)).sum();
+                    if best.as_ref().is_none_or(|(least, _)| error < *least) {
+                        best = Some((error, candidate));
+                    }
+                }
+            }
+            if let Some((_, chosen)) = best {
+                settings = chosen;
+            }
+        }
+        say("choosing the smoothing of the sign");
+        let (settings, widths) = self.sign(settings, &folds)?;
+        let (runs, reports) = self.prepare(&settings)?;
+        Ok(Chosen { settings, runs, reports, folds, widths })
+    }
+
+    /// Cut-off of the velocity in signs, and its width joint by joint.
+    fn sign(&self, settings: Settings, folds: &Folds) -> Result<(Settings, Vec<f64>)> {
+        let mut choices = vec![settings.friction_cutoff_hz];
+        if settings.friction_cutoff_hz.is_none() {
+            choices.extend(
+                FRICTION_HZ.iter().filter(|hz| **hz > settings.position_cutoff_hz).map(|hz| Some(*hz)),
+            );
+        }
+        let dof = self.robot.dof();
+        let mut best: Option<(f64, Settings, Vec<f64>)> = None;
+        for cutoff in choices {
+            let candidate = Settings { friction_cutoff_hz: cutoff, ..settings.clone() };
+            let Ok((runs, _)) = self.prepare(&candidate) else { continue };
+            let mut least = vec![(f64::INFINITY, WIDTHS[0]); dof];
+            for width in WIDTHS {
+                let errors = self.errors(&runs, folds, &vec![width; dof])?;
+                for (least, error) in least.iter_mut().zip(errors) {
+                    if error < least.0 {
+                        *least = (error, width);
+                    }
+                }
+            }
+            let error: f64 = least.iter().map(|(r, _)| libm::log(*r)).sum();
+            if best.as_ref().is_none_or(|(smallest, _, _)| error < *smallest) {
+                best = Some((error, candidate, least.into_iter().map(|(_, w)| w).collect()));
+            }
+        }
+        Ok(best.map_or_else(|| (settings, vec![WIDTHS[0]; dof]), |(_, s, w)| (s, w)))
+    }
+
+    fn prepare(&self, settings: &Settings) -> Result<(Vec<Run>, Vec<SignalReport>)> {
+        let both: Vec<_> = self.logs.iter().map(|log| prepare(log, settings)).collect::<Result<_>>()?;
+        Ok(both.into_iter().unzip())
+    }
+
+    /// Held-out rms of each joint under rigid body, viscous and Coulomb friction and offset.
+    fn errors(&self, runs: &[Run], folds: &Folds, widths: &[f64]) -> Result<Vec<f64>> {
+        let model = Model::new(self.robot, plain(self.robot, widths))?;
+        let evidence = Evidence::collect(&model, runs, folds)?;
+        Ok(held_out(&model, &evidence, Weighting::Joint)?.rms.iter().map(|r| r.max(1e-12)).collect())
+    }
+}
+
+/// Rigid body, viscous and Coulomb friction and offset on every joint, with these widths of the sign.
+pub(super) fn plain(robot: &Robot, widths: &[f64]) -> Vec<Box<dyn Effect>> {
+    let mut effects: Vec<Box<dyn Effect>> = vec![
+        Box::new(RigidBody::default()),
+        Box::new(ViscousFriction::default()),
+        Box::new(TorqueOffset::default()),
+    ];
+    for (joint, &width) in robot.joints.iter().zip(widths) {
+        let joints = Joints::Only(vec![joint.name.clone()]);
+        effects.push(Box::new(CoulombFriction { joints, width }));
+    }
+    effects
+}

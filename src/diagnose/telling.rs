@@ -1,0 +1,394 @@
+//! From the state of the climb to the answer.
+
+use std::collections::BTreeMap;
+
+use nalgebra::DMatrix;
+
+use super::answer::{
+    Baseline, Diagnosis, Event, First, Joint, Missing, Moved, Parameter, Refused, Signals, Step, Undecided,
+    Unexplained,
+};
+use super::ladder::{Ladder, Rung};
+use super::present::rms;
+use super::signals::Chosen;
+use super::{entry, regions};
+use crate::effects::Effect;
+use crate::error::Result;
+use crate::report::finite;
+
+/// Effects that gain less than this part of what is still unexplained on a joint, or of the largest gain, are
+/// minor.
+const MINOR: [f64; 2] = [0.05, 0.01];
+/// A cause must explain this part of the worst joint's reducible error.
+const CAUSE: f64 = 0.25;
+/// Parameters that moved by more standard errors than this are listed.
+const MOVED: f64 = 3.0;
+
+/// The starting model and how well it did.
+pub(super) struct Base {
+    pub effects: Vec<Box<dyn Effect>>,
+    pub x: Vec<f64>,
+    pub residual: Vec<Vec<f64>>,
+    names: Vec<(String, &'static str)>,
+}
+
+impl Base {
+    /// Of the model at hand; with the robot file's own inertias, unfitted, when `given`.
+    pub fn of(ladder: &Ladder, given: bool) -> Result<Self> {
+        let effects = ladder.parts.effects();
+        let x = ladder.present.fit(&ladder.data.tau);
+        let (model, x) = ladder.parts.model(&ladder.data.robot, &x)?;
+        let names = model.columns.iter().map(|c| (c.expression.clone(), c.about.unit)).collect();
+        let mut residual = ladder.response.residual.clone();
+        let mut x = x;
+        if given && let Some(base) = &model.base {
+            let data = &ladder.data;
+            x = base.coefficients(&data.robot.inertial_parameters()?);
+            let mut full = x.clone();
+            full.resize(ladder.present.width(), 0.0);
+            residual = ladder.present.residual_of(&data.tau, &full);
+        }
+        Ok(Self { effects, x, residual, names })
+    }
+}
+
+/// An effect that the user asked to add.
+pub(super) struct Added {
+    pub name: String,
+    pub parts: Vec<usize>,
+    rms: Vec<f64>,
+}
+
+impl Added {
+    pub fn now(ladder: &Ladder, name: &str, parts: &[usize]) -> Self {
+        Self { name: name.to_string(), parts: parts.to_vec(), rms: ladder.rms() }
+    }
+}
+
+/// Everything the answer is made of.
+pub(super) struct Telling<'a> {
+    pub ladder: &'a Ladder,
+    pub chosen: &'a Chosen,
+    pub base: &'a Base,
+    pub added: &'a [Added],
+    pub auto: bool,
+    pub undecided: Vec<Undecided>,
+}
+
+impl Telling<'_> {
+    pub fn tell(self) -> Result<Diagnosis> {
+        let (missing, minor) = self.missing()?;
+        let found = !missing.is_empty() || !minor.is_empty() || !self.ladder.unknown.is_empty();
+        Ok(Diagnosis {
+            lacuna: env!("CARGO_PKG_VERSION").to_string(),
+            verdict: entry::verdict(found, &self.undecided),
+            signals: self.signals(),
+            joints: self.joints(),
+            baseline: self.baseline(),
+            first: if found { self.first() } else { None },
+            missing,
+            minor,
+            unexplained: self.unexplained(),
+            refused: self.refused(),
+            inseparable: super::doubts::inseparable(self.ladder),
+            regions: regions::find(&self.ladder.data, &self.base.residual),
+            events: self.events()?,
+            moved: self.moved()?,
+            ladder: self.steps(),
+            validation: None,
+            nested: None,
+            gate: [self.ladder.gate, self.ladder.flips],
+            stop_reason: self.stop_reason(),
+            timing: BTreeMap::new(),
+            undecided: self.undecided,
+        })
+    }
+
+    fn name(&self, joint: usize) -> String {
+        self.ladder.data.robot.joints[joint].name.clone()
+    }
+
+    fn signals(&self) -> Signals {
+        let mut dropped: BTreeMap<String, usize> = BTreeMap::new();
+        for (reason, count) in self.chosen.reports.iter().flat_map(|r| &r.rows_dropped) {
+            *dropped.entry(reason.clone()).or_default() += count;
+        }
+        let report = self.chosen.reports.first();
+        Signals {
+            mode: "parallel",
+            band_hz: self.chosen.settings.band_hz,
+            source_of_velocity: report.map_or("position", |r| r.source_of_velocity),
+            position_cutoff_hz: report.and_then(|r| r.position_cutoff_hz),
+            friction_cutoff_hz: report.and_then(|r| r.friction_cutoff_hz),
+            sign_width: self.chosen.widths.clone(),
+            trim_s: self.chosen.settings.trim_s,
+            rows_used: self.ladder.data.count(),
+            rows_dropped: dropped,
+            folds: self.ladder.data.folds.description.clone(),
+        }
+    }
+
+    fn joints(&self) -> Vec<Joint> {
+        let data = &self.ladder.data;
+        let after = self.ladder.rms();
+        (0..data.dof())
+            .map(|j| {
+                let (torque, error) = (rms(&data.tau[j]), rms(&self.base.residual[j]));
+                let mean = data.tau[j].iter().sum::<f64>() / data.count().max(1) as f64;
+                Joint {
+                    name: self.name(j),
+                    torque_rms: torque,
+                    held_out_rms: error,
+                    relative_error_percent: finite(100.0 * error / torque),
+                    repeat_floor_rms: self.ladder.floor.repeat.as_ref().map(|f| f[j]),
+                    worse_than_constant: error * error > torque * torque - mean * mean,
+                    held_out_rms_after: after[j],
+                }
+            })
+            .collect()
+    }
+
+    fn pooled(&self, rms_of: &[f64]) -> Option<f64> {
+        let squares: f64 = rms_of.iter().map(|r| r * r).sum();
+        let torque: f64 = self.ladder.data.tau.iter().map(|t| rms(t) * rms(t)).sum();
+        finite(100.0 * (squares / torque).sqrt())
+    }
+
+    fn baseline(&self) -> Baseline {
+        let mut effects: Vec<String> = Vec::new();
+        for effect in &self.base.effects {
+            let name = effect.about().name.to_string();
+            if !effects.contains(&name) {
+                effects.push(name);
+            }
+        }
+        let errors: Vec<f64> = self.base.residual.iter().map(|r| rms(r)).collect();
+        Baseline { effects, held_out_relative_error_percent: self.pooled(&errors) }
+    }
+
+    /// Reducible squared error of each joint in units of its noise floor.
+    fn excess(&self) -> Vec<f64> {
+        let floor = &self.ladder.floor.rms;
+        let of = |(r, f): (&Vec<f64>, &f64)| ((rms(r) / f) * (rms(r) / f) - 1.0).max(0.0);
+        self.base.residual.iter().zip(floor).map(of).collect()
+    }
+
+    fn first(&self) -> Option<First> {
+        let excess = self.excess();
+        let total: f64 = excess.iter().sum();
+        let worst = (0..excess.len()).max_by(|&a, &b| excess[a].total_cmp(&excess[b]))?;
+        let part = |rung: &Rung| {
+            let floor = self.ladder.floor.rms[worst];
+            rung.score.gain_of_joint[worst] / (floor * floor * self.ladder.data.count() as f64)
+        };
+        let cause = self
+            .ladder
+            .rungs
+            .iter()
+            .filter(|rung| self.ladder.parts.joint(rung.part).is_none_or(|j| j == worst))
+            .filter(|rung| part(rung) >= CAUSE * excess[worst])
+            .max_by(|a, b| part(a).total_cmp(&part(b)));
+        Some(First {
+            joint: self.name(worst),
+            share_of_reducible_percent: 100.0 * excess[worst] / total.max(1e-300),
+            cause: cause
+                .filter(|r| !self.is_formula(r.part))
+                .map_or("unknown", |r| self.ladder.parts.get(r.part).effect.about().name)
+                .to_string(),
+        })
+    }
+
+    /// What was found, by effect, most useful first; and what is small beside it.
+    fn missing(&self) -> Result<(Vec<Missing>, Vec<Missing>)> {
+        let largest = self.ladder.rungs.iter().map(|r| r.usefulness).fold(0.0, f64::max);
+        let mut order: Vec<&Rung> = self.ladder.rungs.iter().collect();
+        order.sort_by(|a, b| b.usefulness.total_cmp(&a.usefulness));
+        let unexplained = self.ladder.excess().into_iter().fold(0.0, f64::max);
+        let least = (MINOR[0] * unexplained).max(MINOR[1] * largest);
+        let (mut missing, mut minor): (Vec<Missing>, Vec<Missing>) = (Vec::new(), Vec::new());
+        for rung in order.into_iter().filter(|r| !self.is_formula(r.part)) {
+            let entry = self.entry(rung)?;
+            let list = if rung.usefulness < least { &mut minor } else { &mut missing };
+            match list.iter_mut().find(|m| m.effect == entry.effect && !m.joints.is_empty()) {
+                Some(known) if !entry.joints.is_empty() => merge(known, entry),
+                _ => list.push(entry),
+            }
+        }
+        Ok((missing, minor))
+    }
+
+    fn entry(&self, rung: &Rung) -> Result<Missing> {
+        let part = self.ladder.parts.get(rung.part);
+        let about = part.effect.about();
+        let changed = |j: &usize| {
+            let moved = (rung.before[*j] - rung.after[*j]).abs() > 0.02 * rung.before[*j];
+            part.joint == Some(*j) || (!rung.together && moved)
+        };
+        let joints: Vec<usize> = (0..self.ladder.data.dof()).filter(changed).collect();
+        Ok(Missing {
+            effect: about.name.to_string(),
+            joints: part.joint.map(|j| self.name(j)).into_iter().collect(),
+            equation: about.equation.to_string(),
+            parameters: self.parameters(rung.part)?,
+            gain_percent: 100.0 * rung.score.share,
+            z: rung.score.z,
+            held_out_rms: joints.iter().map(|&j| (self.name(j), [rung.before[j], rung.after[j]])).collect(),
+            also_possible: rung.also_possible.clone(),
+            place: self.place(rung),
+            remainder: part.joint.and_then(|j| super::doubts::remainder(self.ladder, j)),
+        })
+    }
+
+    /// Where in the data the effect helps most.
+    fn place(&self, rung: &Rung) -> String {
+        let data = &self.ladder.data;
+        let Some(joint) = self.ladder.parts.joint(rung.part).filter(|_| !rung.score.effect.is_empty()) else {
+            return "the whole robot".to_string();
+        };
+        let (f, r) = (&rung.score.effect[joint], &self.base.residual[joint]);
+        let gains: Vec<f64> = f.iter().zip(r).map(|(f, r)| 2.0 * f * r - f * f).collect();
+        let total: f64 = gains.iter().sum();
+        let seconds = data.seconds();
+        let mut of_second = vec![0.0; seconds.last().map_or(0, |s| s + 1)];
+        for (gain, &second) in gains.iter().zip(&seconds) {
+            of_second[second] += gain;
+        }
+        let helped = of_second.iter().filter(|g| **g > 0.0).count();
+        let largest = of_second.iter().copied().fold(0.0, f64::max);
+        format!(
+            "{}: helps in {helped} of {} seconds, {:.0} % of the gain in the best one",
+            self.name(joint),
+            of_second.len(),
+            100.0 * largest / total.max(1e-300)
+        )
+    }
+
+    fn parameters(&self, part: usize) -> Result<Vec<Parameter>> {
+        let place = self.ladder.parts.place(part);
+        let x = self.ladder.present.fit(&self.ladder.data.tau);
+        let covariance = self.ladder.present.covariance(&self.ladder.data, &x, place.clone());
+        let effect = &self.ladder.parts.get(part).effect;
+        let described = effect.describe(&self.ladder.data.robot, &x[place], &covariance)?;
+        Ok(described
+            .into_iter()
+            .map(|d| Parameter {
+                name: d.name,
+                value: d.value,
+                unit: d.unit.to_string(),
+                standard_error: d.standard_error.and_then(finite),
+            })
+            .collect())
+    }
+
+    fn events(&self) -> Result<Vec<Event>> {
+        let ladder = self.ladder;
+        let mut all = Vec::new();
+        for &part in &ladder.events {
+            let Some(rows) = ladder.data.rows.first() else { continue };
+            let (from, to) = ladder.parts.get(part).effect.interval().unwrap_or((rows.start, rows.start));
+            let x = ladder.present.fit(&ladder.data.tau);
+            let force = &x[ladder.parts.place(part)];
+            let force_n = [force[0], force[1], force[2]];
+            all.push(Event { kind: "contact_force", from_s: from, to_s: to, force_n });
+        }
+        Ok(all)
+    }
+
+    fn is_formula(&self, part: usize) -> bool {
+        self.ladder.unknown.iter().any(|u| u.part == Some(part))
+    }
+
+    fn unexplained(&self) -> Vec<Unexplained> {
+        let live = self.ladder.parts.numbers();
+        let one = |u: &super::closing::Unknown| Unexplained {
+            joint: self.name(u.joint),
+            depends_on: u.depends_on.clone(),
+            formula: u.part.and_then(|part| self.ladder.written(part)),
+            script: None,
+            z: u.z,
+            gain_percent: 100.0 * u.share,
+            nearest: u.nearest.as_ref().map(|(name, left)| format!("{name}, leaves {:.0} %", 100.0 * left)),
+        };
+        self.ladder.unknown.iter().filter(|u| u.part.is_none_or(|p| live.contains(&p))).map(one).collect()
+    }
+
+    fn refused(&self) -> Vec<Refused> {
+        let one = |r: &super::ladder::Refusal| Refused {
+            effect: r.effect.to_string(),
+            joints: r.joint.map(|j| self.name(j)).into_iter().collect(),
+            reason: r.reason.clone(),
+        };
+        self.ladder.refused.iter().map(one).collect()
+    }
+
+    fn moved(&self) -> Result<Vec<Moved>> {
+        let after = self.ladder.present.fit(&self.ladder.data.tau);
+        let count = self.base.x.len();
+        let covariance: DMatrix<f64> = self.ladder.present.covariance(&self.ladder.data, &after, 0..count);
+        let mut all = Vec::new();
+        for (i, (name, unit)) in self.base.names.iter().enumerate() {
+            let error = covariance[(i, i)].sqrt();
+            if (after[i] - self.base.x[i]).abs() > MOVED * error {
+                all.push(Moved {
+                    parameter: name.clone(),
+                    before: self.base.x[i],
+                    after: after[i],
+                    standard_error: finite(error),
+                    unit: (*unit).to_string(),
+                });
+            }
+        }
+        Ok(all)
+    }
+
+    fn steps(&self) -> Vec<Step> {
+        let step = |effect: &str, joints: Vec<String>, after: &[f64]| Step {
+            effect: effect.to_string(),
+            joints,
+            held_out_relative_error_percent: self.pooled(after),
+            rms: (0..after.len()).map(|j| (self.name(j), after[j])).collect(),
+        };
+        let joints = |parts: &[usize]| -> Vec<String> {
+            parts.iter().filter_map(|&p| self.ladder.parts.joint(p)).map(|j| self.name(j)).collect()
+        };
+        let mut all: Vec<Step> = self.added.iter().map(|a| step(&a.name, joints(&a.parts), &a.rms)).collect();
+        if self.auto {
+            let rungs: Vec<usize> = self.ladder.rungs.iter().map(|r| r.part).collect();
+            for (k, &part) in rungs.iter().enumerate() {
+                // Fitted again with what stayed in the end, so that the rungs belong to one ladder.
+                let after = self.ladder.rms_without(&rungs[k + 1..]);
+                let name = self.ladder.parts.get(part).effect.about().name;
+                all.push(step(name, joints(&[part]), &after));
+            }
+        }
+        all
+    }
+
+    fn stop_reason(&self) -> String {
+        let ladder = self.ladder;
+        if ladder.rungs.len() >= ladder.limits.steps {
+            return format!("stopped after {} effects; more may be missing", ladder.limits.steps);
+        }
+        format!(
+            "nothing else is significant: the best remaining z is {:.1} (believed from {:.1} on)",
+            ladder.best_left, ladder.gate
+        )
+    }
+}
+
+/// One line for the same effect on several joints.
+fn merge(known: &mut Missing, entry: Missing) {
+    known.joints.extend(entry.joints);
+    known.parameters.extend(entry.parameters);
+    known.gain_percent += entry.gain_percent;
+    known.z = known.z.max(entry.z);
+    for (joint, rms) in entry.held_out_rms {
+        known.held_out_rms.entry(joint).or_insert(rms);
+    }
+    for other in entry.also_possible {
+        if !known.also_possible.contains(&other) {
+            known.also_possible.push(other);
+        }
+    }
+    known.place = format!("{}; {}", known.place, entry.place);
+}
