@@ -252,6 +252,8 @@ pub struct Chosen {
 /// Retrieved parameters side by side.
 #[derive(Debug, Clone, Serialize)]
 pub struct Comparison {
+    /// The joints' names, in the robot's order.
+    pub joints: Vec<String>,
     /// Mean squared torque error through Newton-Euler, friction added: label, then joint [(N m)²].
     pub validation_mse: BTreeMap<String, BTreeMap<String, f64>>,
     /// `100 |residual| / |torque|` over all joints: label.

@@ -6,8 +6,8 @@ use super::{Chosen, Comparison, Interval, Report, Retrieval, wrap};
 
 /// Active constraints that are listed per engine.
 const LISTED: usize = 8;
-/// Joints per line.
-const ACROSS: usize = 7;
+/// Widest joint name that is not cut.
+const NAME: usize = 22;
 /// Widest label that is not cut.
 const WIDEST: usize = 13;
 
@@ -33,15 +33,16 @@ pub(super) fn retrieved(text: &mut String, report: &Report) {
         open(text, intervals);
     }
     if let Some(comparison) = &report.comparison {
-        errors(text, comparison, width);
-        wrenches(text, comparison, width);
+        let labels: Vec<&str> = all.iter().map(|r| r.label.as_str()).collect();
+        errors(text, comparison, &labels);
+        wrenches(text, comparison, &labels);
     }
 }
 
 fn contradiction(text: &mut String, conflict: &[String]) {
     text.push_str("  no parameters satisfy these constraints together:\n");
-    for label in conflict {
-        let _ = writeln!(text, "    {label}");
+    for line in conflict.iter().flat_map(|label| wrap(label, 74)) {
+        let _ = writeln!(text, "    {line}");
     }
     text.push_str("  dropping any one of them makes the others possible\n");
 }
@@ -131,8 +132,8 @@ fn narrow(value: f64, digits: usize) -> String {
 fn active(text: &mut String, r: &Retrieval) {
     let held: Vec<&str> = r.constraints.iter().filter(|c| c.active).map(|c| c.label.as_str()).collect();
     let _ = writeln!(text, "  {}: {} of {} constraints active", r.label, held.len(), r.constraints.len());
-    for label in held.iter().take(LISTED) {
-        let _ = writeln!(text, "    {label}");
+    for line in held.iter().take(LISTED).flat_map(|label| wrap(label, 74)) {
+        let _ = writeln!(text, "    {line}");
     }
     if held.len() > LISTED {
         let _ = writeln!(text, "    and {} more, in report.json", held.len() - LISTED);
@@ -157,30 +158,55 @@ fn open(text: &mut String, intervals: &[Interval]) {
     }
 }
 
-fn errors(text: &mut String, comparison: &Comparison, width: usize) {
+/// Mean squared torque error, one line per joint, one column per set of parameters.
+fn errors(text: &mut String, comparison: &Comparison, labels: &[&str]) {
     let how = if comparison.fitted { "fitted" } else { "never fitted" };
-    let _ = writeln!(text, "\n  mean squared torque error [(N m)^2] on {} ({how})", comparison.data);
-    for (label, joints) in &comparison.validation_mse {
-        let _ = write!(text, "  {label:width$.width$}");
-        for value in joints.values().take(ACROSS) {
-            let _ = write!(text, " {value:>7.4}");
-        }
-        if let Some(Some(percent)) = comparison.relative_error_percent.get(label) {
-            let _ = write!(text, "  {percent:.3} %");
-        }
-        text.push('\n');
+    text.push('\n');
+    let title = format!("mean squared torque error [(N m)^2] on {} ({how})", comparison.data);
+    for line in wrap(&title, 78) {
+        let _ = writeln!(text, "  {line}");
+    }
+    let cell = |label: &str, joint: &str| Some(*comparison.validation_mse.get(label)?.get(joint)?);
+    let pooled = |label: &str| *comparison.relative_error_percent.get(label)?;
+    by_joint(text, &comparison.joints, labels, &cell, Some(("all [%]", &pooled)));
+}
+
+fn wrenches(text: &mut String, comparison: &Comparison, labels: &[&str]) {
+    for (which, name) in ["force [N]", "moment [N m]"].into_iter().enumerate() {
+        let _ = writeln!(text, "\n  mean {name} that each joint carries");
+        let cell = |label: &str, joint: &str| Some(comparison.wrenches.get(label)?.get(joint)?[which]);
+        by_joint(text, &comparison.joints, labels, &cell, None);
     }
 }
 
-fn wrenches(text: &mut String, comparison: &Comparison, width: usize) {
-    for (which, name) in ["force [N]", "moment [N m]"].into_iter().enumerate() {
-        let _ = writeln!(text, "\n  mean {name} that each joint carries");
-        for (label, joints) in &comparison.wrenches {
-            let _ = write!(text, "  {label:width$.width$}");
-            for value in joints.values().take(ACROSS) {
-                let _ = write!(text, " {:>7.2}", value[which]);
-            }
-            text.push('\n');
+/// A number of a set of parameters, where there is one.
+type OfSet<'a> = &'a dyn Fn(&str) -> Option<f64>;
+
+/// A line per joint, a column per set of parameters; below them a line for all joints, if any.
+fn by_joint(
+    text: &mut String,
+    joints: &[String],
+    labels: &[&str],
+    cell: &dyn Fn(&str, &str) -> Option<f64>,
+    all: Option<(&str, OfSet<'_>)>,
+) {
+    let names = joints.iter().map(String::as_str).chain(all.map(|(name, _)| name));
+    let width = names.map(|n| n.chars().count()).max().unwrap_or(0).clamp(6, NAME);
+    let written = |value: Option<f64>| value.map_or("-".to_string(), short);
+    for labels in labels.chunks(((80 - 2 - width) / (WIDEST + 1)).max(1)) {
+        let mut line = |name: &str, value: &dyn Fn(&str) -> String| {
+            let cells: String = labels.iter().map(|l| format!(" {:>WIDEST$.WIDEST$}", value(l))).collect();
+            let _ = writeln!(text, "  {name:width$.width$}{cells}");
+        };
+        line("joint", &str::to_string);
+        joints.iter().for_each(|joint| line(joint, &|label| written(cell(label, joint))));
+        if let Some((name, value)) = all {
+            line(name, &|label| written(value(label)));
         }
     }
+}
+
+/// Four decimals where that says something.
+fn short(value: f64) -> String {
+    if value.abs() >= 1e-3 { narrow(value, 4) } else { format!("{value:.2e}") }
 }

@@ -39,6 +39,7 @@ impl Study<'_> {
         let named = |values: Vec<f64>| names.iter().cloned().zip(values).collect();
         let data: Vec<&str> = runs.iter().map(|r| r.name.as_str()).collect();
         let mut all = Comparison {
+            joints: names.clone(),
             validation_mse: BTreeMap::new(),
             relative_error_percent: BTreeMap::new(),
             data: data.join(", "),
