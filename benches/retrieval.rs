@@ -78,7 +78,8 @@ fn engine(bencher: Bencher<'_, '_>, runs: usize) {
 fn lmi_solver(bencher: Bencher<'_, '_>) {
     let problem = panda_two_step(1);
     let engine = LmiEngine::default();
-    bencher.bench_local(|| engine.solve(black_box(&problem), &|_| ControlFlow::Continue(())).expect("solves"));
+    bencher
+        .bench_local(|| engine.solve(black_box(&problem), &|_| ControlFlow::Continue(())).expect("solves"));
 }
 
 /// The same with its certificate and the audit.
@@ -86,6 +87,7 @@ fn lmi_solver(bencher: Bencher<'_, '_>) {
 fn lmi_engine(bencher: Bencher<'_, '_>) {
     let problem = panda_two_step(1);
     let engine = LmiEngine::default();
-    bencher
-        .bench_local(|| engine.retrieve(black_box(&problem), &|_| ControlFlow::Continue(())).expect("solves"));
+    bencher.bench_local(|| {
+        engine.retrieve(black_box(&problem), &|_| ControlFlow::Continue(())).expect("solves")
+    });
 }
