@@ -30,6 +30,8 @@ pub enum Kind {
     Model,
     /// Published coefficients.
     Coefficients,
+    /// Published sigmoid friction.
+    Friction,
     /// List of constraints.
     Constraints,
     /// Script of constraints.
@@ -52,6 +54,7 @@ impl Kind {
             Self::ColumnMap => "a column map",
             Self::Model => "a finished model",
             Self::Coefficients => "published coefficients",
+            Self::Friction => "published sigmoid friction",
             Self::Constraints => "a list of constraints",
             Self::Script => "a script of constraints",
             Self::EffectScript => "a script of an effect",
@@ -64,7 +67,7 @@ impl Kind {
 const HEAD: u64 = 1 << 16;
 
 /// Outermost fields by which RON files are told apart.
-const FIELDS: [(Kind, &[&str]); 6] = [
+const FIELDS: [(Kind, &[&str]); 7] = [
     (Kind::DenavitHartenberg, &["convention", "rows", "gravity", "frames", "angles", "name"]),
     (
         Kind::Scenario,
@@ -84,6 +87,8 @@ const FIELDS: [(Kind, &[&str]); 6] = [
             "constraints",
             "objective",
             "engines",
+            "intervals",
+            "choice",
         ],
     ),
     (
@@ -104,6 +109,7 @@ const FIELDS: [(Kind, &[&str]); 6] = [
     ),
     (Kind::Model, &["lacuna", "robot", "origin", "signals", "effects", "parameters"]),
     (Kind::Coefficients, &["source", "coefficients"]),
+    (Kind::Friction, &["phi1", "phi2", "phi3"]),
     (
         Kind::ColumnMap,
         &[
