@@ -30,10 +30,14 @@ pub enum Kind {
     Model,
     /// Published coefficients.
     Coefficients,
+    /// Published sigmoid friction.
+    Friction,
     /// List of constraints.
     Constraints,
     /// Script of constraints.
     Script,
+    /// Script of an effect.
+    EffectScript,
     /// Plant and logs to simulate.
     Experiment,
 }
@@ -50,8 +54,10 @@ impl Kind {
             Self::ColumnMap => "a column map",
             Self::Model => "a finished model",
             Self::Coefficients => "published coefficients",
+            Self::Friction => "published sigmoid friction",
             Self::Constraints => "a list of constraints",
             Self::Script => "a script of constraints",
+            Self::EffectScript => "a script of an effect",
             Self::Experiment => "a plant to simulate",
         }
     }
@@ -61,7 +67,7 @@ impl Kind {
 const HEAD: u64 = 1 << 16;
 
 /// Outermost fields by which RON files are told apart.
-const FIELDS: [(Kind, &[&str]); 6] = [
+const FIELDS: [(Kind, &[&str]); 7] = [
     (Kind::DenavitHartenberg, &["convention", "rows", "gravity", "frames", "angles", "name"]),
     (
         Kind::Scenario,
@@ -81,6 +87,8 @@ const FIELDS: [(Kind, &[&str]); 6] = [
             "constraints",
             "objective",
             "engines",
+            "intervals",
+            "choice",
         ],
     ),
     (
@@ -101,6 +109,7 @@ const FIELDS: [(Kind, &[&str]); 6] = [
     ),
     (Kind::Model, &["lacuna", "robot", "origin", "signals", "effects", "parameters"]),
     (Kind::Coefficients, &["source", "coefficients"]),
+    (Kind::Friction, &["phi1", "phi2", "phi3"]),
     (
         Kind::ColumnMap,
         &[
@@ -128,7 +137,7 @@ pub fn recognise(path: &Path) -> Result<Kind> {
     let text = String::from_utf8_lossy(&head);
     let start = text.trim_start_matches('\u{feff}').trim_start();
     match extension.as_str() {
-        "rhai" => Ok(Kind::Script),
+        "rhai" => Ok(script(start)),
         "urdf" => Ok(Kind::Urdf),
         "csv" | "gz" | "txt" | "tsv" => Ok(table(start)),
         "ron" => ron(path, start),
@@ -154,6 +163,14 @@ fn ron(path: &Path, text: &str) -> Result<Kind> {
         None if empty => Ok(Kind::ColumnMap),
         None => Err(unknown(path)),
     }
+}
+
+/// Effects have columns; a script that does not compile is told apart all the same.
+fn script(text: &str) -> Kind {
+    let defines = |line: &str| {
+        line.trim_start().strip_prefix("fn ").map(str::trim_start).is_some_and(|l| l.starts_with("columns"))
+    };
+    if text.lines().any(defines) { Kind::EffectScript } else { Kind::Script }
 }
 
 /// Poses have inertia matrices, logs do not.
