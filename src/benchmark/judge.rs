@@ -179,6 +179,10 @@ fn overlaps(found: (f64, f64), secret: &Secret) -> bool {
 
 /// Unseen error before and after over that with nothing hidden: on the hidden effect's joint, or where it shows most.
 fn ratios(unseen: &Unseen<'_>, secrets: &[Secret]) -> (f64, f64) {
+    // What changed between two logs is no part of the model that predicts another log.
+    if secrets.iter().any(|s| Family::named(s.family).is_some_and(|f| f.scope == Scope::TwoLogs)) {
+        return (f64::NAN, f64::NAN);
+    }
     let ratio = |of: &[f64], j: usize| of[j] / unseen.without[j];
     let own: Vec<usize> = secrets.iter().filter_map(|s| s.joint).collect();
     let joints: Vec<usize> = if own.is_empty() { (0..unseen.before.len()).collect() } else { own };

@@ -15,6 +15,8 @@ pub(super) struct Candidate {
     pub effect: Box<dyn Effect>,
     /// The joint it acts on, where it is one.
     pub joint: Option<usize>,
+    /// What tells it from the same effect elsewhere.
+    pub identity: Identity,
     /// Place in the catalogue: the simpler of two equally good explanations wins.
     pub order: usize,
     /// The effect with every combination of trial values.
@@ -29,7 +31,8 @@ impl Candidate {
         let joint = local_joint(effect.as_ref(), robot)?;
         let effect = joint.map_or_else(|| effect.clone(), |j| effect.with_width(widths[j]));
         let alternatives = grid(effect.as_ref());
-        Ok(Self { effect, joint, order, alternatives, columns: Vec::new() })
+        let identity = Identity::of(effect.as_ref(), robot)?;
+        Ok(Self { effect, joint, identity, order, alternatives, columns: Vec::new() })
     }
 
     /// Name of the effect.
@@ -44,6 +47,28 @@ impl Candidate {
         };
         let all = self.alternatives.iter().map(|effect| columns(effect.as_ref()));
         self.columns = all.collect::<Result<_>>().unwrap_or_default();
+    }
+}
+
+/// Which effect, on which joint, with which parameters.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Identity {
+    pub name: &'static str,
+    symbols: Vec<String>,
+    /// The joint it is called after: the only one it acts on, or the one it belongs to.
+    pub joint: Option<usize>,
+}
+
+impl Identity {
+    pub fn of(effect: &dyn Effect, robot: &Robot) -> Result<Self> {
+        let symbols = effect.terms(robot)?.into_iter().map(|t| t.symbol).collect();
+        let joint = local_joint(effect, robot)?.or(effect.belongs_to(robot)?);
+        Ok(Self { name: effect.about().name, symbols, joint })
+    }
+
+    /// Whether this has every parameter of `other`.
+    pub fn covers(&self, other: &Self) -> bool {
+        self.name == other.name && other.symbols.iter().all(|s| self.symbols.contains(s))
     }
 }
 

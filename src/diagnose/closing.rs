@@ -5,7 +5,7 @@ use super::parts::Part;
 use super::present::rms;
 use super::refine;
 use super::score::Score;
-use super::unknown::{Proposal, Search};
+use super::unknown::{Dependence, Proposal, Search};
 use crate::effects::Effect;
 use crate::error::Result;
 
@@ -13,6 +13,11 @@ use crate::error::Result;
 const CLOSED: f64 = 0.1;
 /// Or less than this in units of the noise floor.
 const SMALL: f64 = 0.3;
+/// A variable must explain this part of its joint's held-out squared error, and this many times what chance does.
+const LEAST_VARIABLE: f64 = 0.08;
+const OVER_CHANCE: f64 = 1.5;
+/// Replicates that show what chance does.
+const REPLICATES: usize = 19;
 /// A formula must leave less than this part of what the named effect leaves.
 const CLEARLY_LESS: f64 = 0.5;
 
@@ -66,7 +71,8 @@ impl Ladder {
             joint: worst,
             width: self.parts.widths[worst],
         };
-        let dependences = search.dependences();
+        let groups = search.projections();
+        let dependences = search.scored(&groups, &self.response);
         let variables: Vec<String> = dependences.iter().map(|d| d.variable.clone()).collect();
         let own: Vec<&Scored> =
             passing.iter().copied().filter(|s| self.candidates[s.candidate].joint == Some(worst)).collect();
@@ -77,10 +83,16 @@ impl Ladder {
             return Ok(Some(Found::Formula(Box::new(proposal), nearest)));
         }
         let known = self.unknown.iter().any(|u| u.joint == worst && u.part.is_none());
-        let strong = dependences
-            .first()
-            .filter(|d| d.score.z >= self.limits.variable.0 && d.part >= self.limits.variable.1);
-        Ok(strong.filter(|_| own.is_empty() && !known).map(|d| {
+        if known || !own.is_empty() {
+            return Ok(None);
+        }
+        let strong = dependences.first().filter(|d| {
+            let (z, part) = self.limits.variable;
+            // The fixed bars are safe anywhere; below them chance is measured on these data, at the end only.
+            let safe = d.score.z >= z && d.part >= part;
+            safe || (chosen.is_none() && self.beyond_chance(d, worst, || search.chance(&groups, REPLICATES)))
+        });
+        Ok(strong.map(|d| {
             Found::Variable(Unknown {
                 joint: worst,
                 depends_on: vec![d.variable.clone()],
@@ -90,6 +102,17 @@ impl Ladder {
                 nearest: None,
             })
         }))
+    }
+
+    /// Whether a variable explains clearly more than any does by chance, and enough to matter.
+    fn beyond_chance(&self, found: &Dependence, joint: usize, chance: impl FnOnce() -> f64) -> bool {
+        let matters = self.usefulness(Some(joint), &found.score) >= SMALL;
+        let (z, without) = (self.limits.formula.0, self.limits.z_without_best);
+        matters
+            && found.score.z >= z
+            && found.score.z_without_best >= without
+            && found.part >= LEAST_VARIABLE
+            && found.part >= OVER_CHANCE * chance()
     }
 
     /// Whether the chosen effect deals with the worst joint, and with its own.
@@ -106,7 +129,7 @@ impl Ladder {
     fn formula_wins(&self, proposal: &Proposal, joint: usize, own: &[&Scored]) -> bool {
         let (z, part) = self.limits.formula;
         let score = &proposal.score;
-        if score.z < z.max(self.gate)
+        if score.z < z.max(self.gates.of(Some(joint)))
             || proposal.part < part
             || score.z_without_best < self.limits.z_without_best
         {

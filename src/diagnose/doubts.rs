@@ -88,11 +88,11 @@ pub(super) fn drop_artefacts(ladder: &mut Ladder, smoother: Data) -> Result<bool
     let mut dropped = false;
     for part in suspects {
         let z = again.without(part)?.0.map_or(0.0, |s| s.z);
-        if z < KEPT * ladder.gate {
-            let effect = ladder.parts.get(part).effect.about().name;
-            let joint = ladder.parts.joint(part);
+        let joint = ladder.parts.joint(part);
+        if z < KEPT * ladder.gates.of(joint) {
+            let identity = ladder.parts.get(part).identity.clone();
             let reason = format!("disappears (z {z:.1}) when positions are filtered at half the cut-off");
-            ladder.refused.push(Refusal { effect, joint, reason });
+            ladder.refused.push(Refusal { identity, reason });
             ladder.rungs.retain(|r| r.part != part);
             ladder.parts.remove(part);
             dropped = true;

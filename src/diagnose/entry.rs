@@ -12,7 +12,7 @@ use super::parts::Parts;
 use super::present::Present;
 use super::signals::{Choice, Chosen, plain};
 use super::unseen::{fitted, validate};
-use super::{Limits, doubts, nested, telling};
+use super::{Limits, doubts, nested, signals, telling};
 
 use crate::effects::{Effect, RigidBody};
 use crate::error::{Error, Result};
@@ -119,7 +119,7 @@ pub fn diagnose(request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<Outco
     let mut timing = BTreeMap::new();
     refuse_shared_rows(&request)?;
     let logs = request.all_logs();
-    let chosen = request.choose(&logs, say)?;
+    let mut chosen = request.choose(&logs, say)?;
     timing.insert("signals".to_string(), clock.elapsed().as_secs_f64());
     let data = request.data(&chosen, chosen.runs.clone())?;
     let undecided = poor_data(&data);
@@ -129,6 +129,12 @@ pub fn diagnose(request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<Outco
     let step = Instant::now();
     if undecided.iter().all(|(_, blocks)| !blocks) {
         search(&mut ladder, request.seed, say)?;
+        if let Some(better) = signals::again(&request, &chosen, &ladder, &logs)? {
+            say(&format!("again with positions filtered at {} Hz", better.settings.position_cutoff_hz));
+            ladder.move_to(request.data(&better, better.runs.clone())?)?;
+            chosen = better;
+            search(&mut ladder, request.seed, say)?;
+        }
         if doubts::drop_artefacts(&mut ladder, smoother(&request, &chosen, &logs)?)? {
             ladder.look_back(say)?;
         }
@@ -164,7 +170,7 @@ pub(super) fn search(ladder: &mut Ladder, seed: u64, say: &mut dyn FnMut(&str)) 
         }
     }
     ladder.calibrate(seed, say);
-    if ladder.gate > ladder.limits.least_z {
+    if ladder.gates.range().1 > ladder.limits.least_z {
         ladder.look_back(say)?;
         ladder.climb(say)?;
         ladder.look_back(say)?;
@@ -207,8 +213,7 @@ pub(super) fn start(
         parts,
         limits: request.limits.clone(),
         floor,
-        gate: request.limits.least_z,
-        flips: 0.0,
+        gates: super::gates::Gates::new(request.robot.dof(), &request.limits),
         candidates,
         present,
         response,

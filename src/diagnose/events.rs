@@ -21,6 +21,8 @@ const EDGE: f64 = 0.1;
 const LEAST_F: f64 = 20.0;
 /// Least part of all reducible error that a contact must remove.
 const LEAST_PART: f64 = 0.6;
+/// Or it must be alone: no other window of the log, apart from it, gains more than this part of what it gains.
+const SECOND: f64 = 0.25;
 /// A force has two parameters more than a disturbance of one joint; each must pay this much.
 const PRICE: f64 = 8.0;
 
@@ -131,13 +133,19 @@ fn in_run(data: &Data, present: &Present, floor: &Floor, run: usize) -> Result<O
     let mut weights = present.weights.clone();
     let per = |seconds: f64| (libm::round(seconds / rows.dt) as usize).max(1);
     let mut window = 0..0;
+    let mut second = f64::INFINITY;
     for round in 0..3 {
         let sums = Sums::new(present, &weights, &columns, &residual, span.clone());
         let try_window = |w: Range<usize>| sums.window(&present.all, &w).map(|(d, gain)| (w, d, gain));
         let candidates: Vec<Range<usize>> =
             if round == 0 { coarse(rows.count, &per) } else { edges(&window, rows.count, per(EDGE)) };
-        let best = candidates.into_iter().filter_map(try_window).reduce(|a, b| if b.2 > a.2 { b } else { a });
-        let Some((w, d, _)) = best else { return Ok(None) };
+        let tried: Vec<_> = candidates.into_iter().filter_map(try_window).collect();
+        let best = tried.iter().reduce(|a, b| if b.2 > a.2 { b } else { a });
+        let Some((w, d, gain)) = best.cloned() else { return Ok(None) };
+        if round == 0 {
+            let apart = tried.iter().filter(|(other, _, _)| other.end <= w.start || w.end <= other.start);
+            second = apart.map(|t| t.2).fold(0.0, f64::max) / gain.max(1e-300);
+        }
         window = w;
         let global = span.start + window.start..span.start + window.end;
         let after = without(present, &columns, &residual, &d, &global, &sums, &window);
@@ -152,7 +160,8 @@ fn in_run(data: &Data, present: &Present, floor: &Floor, run: usize) -> Result<O
     let f = gain / 3.0 / kappa;
     let removed = removed(data, floor, &residual, &after);
     let bump = one_joint(data, present, &weights, &residual, &span, &window);
-    let stands_out = f >= LEAST_F && removed >= LEAST_PART && gain > bump + 2.0 * PRICE * kappa;
+    let alone = removed >= LEAST_PART || second <= SECOND;
+    let stands_out = f >= LEAST_F && alone && gain > bump + 2.0 * PRICE * kappa;
     let (from, to) = (rows.start + window.start as f64 * rows.dt, rows.start + window.end as f64 * rows.dt);
     let effect = ContactForce { from_s: from, to_s: to, link: None, point: [0.0; 3], log };
     let force = [d[0], d[1], d[2]];

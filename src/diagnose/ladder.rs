@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::candidates::{self, Candidate};
+use super::candidates::{self, Candidate, Identity};
 use super::closing::Unknown;
 use super::data::{Column, Data};
 use super::floor::Floor;
+use super::gates::Gates;
 use super::parts::{Part, Parts};
 use super::present::{Present, Response, rms};
 use super::score::{Projection, Score};
@@ -40,8 +41,7 @@ pub(super) struct Rung {
 /// Something that fits but cannot be.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Refusal {
-    pub effect: &'static str,
-    pub joint: Option<usize>,
+    pub identity: Identity,
     pub reason: String,
 }
 
@@ -52,9 +52,7 @@ pub(super) struct Ladder {
     pub limits: Limits,
     pub floor: Floor,
     /// Least z of anything that is believed.
-    pub gate: f64,
-    /// How high sign flips of these data reach.
-    pub flips: f64,
+    pub gates: Gates,
     pub candidates: Vec<Candidate>,
     pub present: Present,
     pub response: Response,
@@ -106,8 +104,7 @@ impl Ladder {
             parts,
             limits: self.limits.clone(),
             floor: self.floor.clone(),
-            gate: self.gate,
-            flips: self.flips,
+            gates: self.gates.clone(),
             candidates: Vec::new(),
             present: self.present.clone(),
             response: self.response.clone(),
@@ -119,6 +116,24 @@ impl Ladder {
         };
         again.refit()?;
         Ok(again)
+    }
+
+    /// Goes on with the same data prepared in another way: what was found is fitted again, its nonlinear parameters
+    /// too, and whatever was refused may be tried again.
+    pub fn move_to(&mut self, data: Data) -> Result<()> {
+        let moved = self.on(data)?;
+        (self.data, self.parts, self.present, self.response) =
+            (moved.data, moved.parts, moved.present, moved.response);
+        self.refused.clear();
+        for part in self.rungs.iter().map(|r| r.part).collect::<Vec<_>>() {
+            let present =
+                Present::with_weights(&self.data, self.parts.columns_without(&[part]), &self.present.weights);
+            let effect = refine::shapes(&self.data, &present, self.parts.get(part).effect.clone())?;
+            self.parts.replace(part, &self.data, effect)?;
+        }
+        self.refit()?;
+        candidates::fill(&mut self.candidates, &self.data, false);
+        self.refresh_candidates()
     }
 
     /// Held-out rms of each joint when some parts are left out.
@@ -158,6 +173,9 @@ impl Ladder {
 
     /// Looks for a contact before anything else: held-out blocks cannot see what lies inside one of them.
     pub fn look_for_contact(&mut self, say: &mut dyn FnMut(&str)) -> Result<()> {
+        if !self.events.is_empty() {
+            return Ok(());
+        }
         say("looking for contacts");
         let Some(contact) = events::contact(&self.data, &self.present, &self.floor)? else { return Ok(()) };
         say(&format!("contact from {:.2} s to {:.2} s", contact.effect.from_s, contact.effect.to_s));
@@ -186,7 +204,7 @@ impl Ladder {
         Ok(())
     }
 
-    fn projections(&self) -> Vec<Option<Projection>> {
+    pub fn projections(&self) -> Vec<Option<Projection>> {
         self.candidates
             .par_iter()
             .map(|candidate| {
@@ -221,57 +239,20 @@ impl Ladder {
         joint.map_or_else(|| (0..self.data.dof()).map(of).sum(), of)
     }
 
-    /// Whether a score is believed.
-    pub fn passes(&self, usefulness: f64, score: &Score) -> bool {
-        score.z >= self.gate && self.worthwhile(usefulness, score)
+    /// Whether the score of something on a joint, or on the whole robot, is believed.
+    pub fn passes(&self, joint: Option<usize>, usefulness: f64, score: &Score) -> bool {
+        score.z >= self.gates.of(joint) && self.worthwhile(usefulness, score)
     }
 
     /// Everything that is asked of a score beside its significance.
-    fn worthwhile(&self, usefulness: f64, score: &Score) -> bool {
+    pub fn worthwhile(&self, usefulness: f64, score: &Score) -> bool {
         score.share >= self.limits.least_share
             && usefulness >= self.limits.least_usefulness
             && score.z_without_best >= self.limits.z_without_best
     }
 
     fn is_refused(&self, candidate: &Candidate) -> bool {
-        self.refused.iter().any(|r| r.effect == candidate.name() && r.joint == candidate.joint)
-    }
-
-    /// Calibrates the gate on these very data: present residuals with random signs have nothing to find.
-    pub fn calibrate(&mut self, seed: u64, say: &mut dyn FnMut(&str)) {
-        say("calibrating the threshold by sign flips");
-        let projections = self.projections();
-        let seconds = self.data.seconds();
-        let highest = |replicate: usize| -> f64 {
-            let mut stream = crate::random::Stream::new(seed ^ 0x7369_676e, replicate);
-            let flipped: Vec<Vec<f64>> = self
-                .response
-                .residual
-                .iter()
-                .map(|residual| {
-                    let signs: Vec<f64> = (0..=seconds.last().copied().unwrap_or(0))
-                        .map(|_| if stream.uniform() < 0.5 { -1.0 } else { 1.0 })
-                        .collect();
-                    residual.iter().zip(&seconds).map(|(r, &s)| r * signs[s]).collect()
-                })
-                .collect();
-            let response = self.present.respond(&self.data, flipped);
-            projections
-                .iter()
-                .enumerate()
-                .filter_map(|(k, p)| Some((k, p.as_ref()?.score(&self.data, &self.present, &response)?)))
-                .filter(|(k, score)| {
-                    self.worthwhile(self.usefulness(self.candidates[*k].joint, score), score)
-                })
-                .map(|(_, score)| score.z)
-                .fold(0.0, f64::max)
-        };
-        let mut found: Vec<f64> = (0..self.limits.sign_flips).into_par_iter().map(highest).collect();
-        found.sort_by(f64::total_cmp);
-        let place = (0.95 * found.len() as f64) as usize;
-        let quantile = found.get(place.min(found.len().saturating_sub(1))).copied().unwrap_or(0.0);
-        self.flips = quantile;
-        self.gate = quantile.clamp(self.limits.least_z, self.limits.most_z.max(self.limits.least_z));
+        self.refused.iter().any(|r| r.identity == candidate.identity)
     }
 
     /// Adds what explains most until nothing passes, or the limit of steps is reached.
@@ -280,8 +261,9 @@ impl Ladder {
             self.refresh_candidates()?;
             let scored = self.scan();
             self.best_left = scored.iter().map(|s| s.score.z).fold(0.0, f64::max);
-            let passing: Vec<&Scored> =
-                scored.iter().filter(|s| self.passes(s.usefulness, &s.score)).collect();
+            let passes =
+                |s: &&Scored| self.passes(self.candidates[s.candidate].joint, s.usefulness, &s.score);
+            let passing: Vec<&Scored> = scored.iter().filter(passes).collect();
             let chosen = passing.first().map(|best| self.simplest_tie(best, &passing));
             // Plain friction first: while that is missing, everything else looks strange.
             let plain = passing.iter().any(|s| self.candidates[s.candidate].order <= PLAIN);
@@ -335,14 +317,14 @@ impl Ladder {
     /// Refines a candidate and adds it, unless its numbers cannot be physics.
     pub fn try_add(&mut self, candidate: usize, alternative: usize) -> Result<Option<usize>> {
         let chosen = &self.candidates[candidate];
-        let (name, joint) = (chosen.name(), chosen.joint);
+        let (identity, joint) = (chosen.identity.clone(), chosen.joint);
         let start = chosen.alternatives[alternative].clone();
         let effect = refine::shapes(&self.data, &self.present, start)?;
         let values = self.values(effect.as_ref())?;
         let reason =
             effect.undecidable(&self.data.robot, &self.data.runs).or_else(|| effect.implausible(&values));
         if let Some(reason) = reason {
-            self.refused.push(Refusal { effect: name, joint, reason });
+            self.refused.push(Refusal { identity, reason });
             return Ok(None);
         }
         let part = Part::found(&self.data, effect, joint, &values)?;
@@ -370,7 +352,8 @@ impl Ladder {
                     continue;
                 }
                 let (score, usefulness) = self.without(part)?;
-                let needed = score.as_ref().is_some_and(|s| self.passes(usefulness, s));
+                let needed =
+                    score.as_ref().is_some_and(|s| self.passes(self.parts.joint(part), usefulness, s));
                 let z = score.map_or(0.0, |s| s.z);
                 if !needed && weakest.is_none_or(|(_, least)| z < least) {
                     weakest = Some((rung, z));

@@ -24,6 +24,7 @@ mod doubts;
 mod entry;
 mod events;
 mod floor;
+mod gates;
 mod ladder;
 mod nested;
 mod normal;

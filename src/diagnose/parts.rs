@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::candidates::{Candidate, local_joint};
+use super::candidates::{Candidate, Identity, local_joint};
 use super::data::{Column, Data};
 use super::present::Columns;
 use crate::effects::Effect;
@@ -20,6 +20,8 @@ pub(super) struct Part {
     pub effect: Box<dyn Effect>,
     /// The joint it acts on, where it is one.
     pub joint: Option<usize>,
+    /// What tells it from the same effect elsewhere.
+    pub identity: Identity,
     /// Whether it was found here, or was there from the start.
     pub found: bool,
     /// Terms that are fitted: all of them, or the leading ones of base parameters.
@@ -38,8 +40,17 @@ impl Part {
             _ => (0..effect.terms(&data.robot)?.len()).collect(),
         };
         let joint = local_joint(effect.as_ref(), &data.robot)?;
-        let mut part =
-            Self { effect, joint, found: false, terms, columns: vec![], slopes: vec![], removed: false };
+        let identity = Identity::of(effect.as_ref(), &data.robot)?;
+        let mut part = Self {
+            effect,
+            joint,
+            identity,
+            found: false,
+            terms,
+            columns: vec![],
+            slopes: vec![],
+            removed: false,
+        };
         part.build(data)?;
         Ok(part)
     }
@@ -47,8 +58,17 @@ impl Part {
     /// A part found here, with its linear parameters for the slopes of the nonlinear ones.
     pub fn found(data: &Data, effect: Box<dyn Effect>, joint: Option<usize>, values: &[f64]) -> Result<Self> {
         let terms = (0..values.len()).collect();
-        let mut part =
-            Self { effect, joint, found: true, terms, columns: vec![], slopes: vec![], removed: false };
+        let identity = Identity::of(effect.as_ref(), &data.robot)?;
+        let mut part = Self {
+            effect,
+            joint,
+            identity,
+            found: true,
+            terms,
+            columns: vec![],
+            slopes: vec![],
+            removed: false,
+        };
         part.build(data)?;
         part.slopes = part.slopes_at(data, values)?;
         Ok(part)
@@ -159,6 +179,12 @@ impl Parts {
         self.parts[part].removed = true;
     }
 
+    /// Puts the same effect with other shapes into the place of a part.
+    pub fn replace(&mut self, part: usize, data: &Data, effect: Box<dyn Effect>) -> Result<()> {
+        self.parts[part].effect = effect;
+        self.parts[part].build(data)
+    }
+
     pub fn get(&self, part: usize) -> &Part {
         &self.parts[part]
     }
@@ -209,11 +235,7 @@ impl Parts {
 
     /// Whether a candidate is part of the model already.
     pub fn has(&self, candidate: &Candidate) -> bool {
-        self.live().any(|(_, p)| {
-            p.effect.about().name == candidate.name()
-                && (p.joint == candidate.joint || p.joint.is_none())
-                && (p.found || !self.two_logs)
-        })
+        self.live().any(|(_, p)| p.identity.covers(&candidate.identity) && (p.found || !self.two_logs))
     }
 
     /// The effects, in the order of their columns.
@@ -241,7 +263,7 @@ impl Parts {
     /// Name and joint, for people.
     pub fn title(&self, part: usize, robot: &Robot) -> String {
         let part = &self.parts[part];
-        let joint = part.joint.map_or_else(String::new, |j| format!(" on {}", robot.joints[j].name));
+        let joint = part.identity.joint.map_or_else(String::new, |j| format!(" on {}", robot.joints[j].name));
         format!("{}{joint}", part.effect.about().name)
     }
 }

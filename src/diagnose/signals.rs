@@ -1,5 +1,7 @@
 //! Choosing the signal step: what predicts held-out data best under a plain model, before physics is blamed.
 
+use super::entry::Request;
+use super::ladder::Ladder;
 use crate::effects::{CoulombFriction, Effect, Joints, RigidBody, TorqueOffset, ViscousFriction};
 use crate::error::Result;
 use crate::identify::{Evidence, Weighting, held_out};
@@ -118,6 +120,46 @@ impl Choice<'_> {
         let evidence = Evidence::collect(&model, runs, folds)?;
         Ok(held_out(&model, &evidence, Weighting::Joint)?.rms.iter().map(|r| r.max(1e-12)).collect())
     }
+}
+
+/// Least improvement of the mean logarithm of held-out rms for which the signal step is changed once more.
+const WORTH: f64 = 0.01;
+
+/// Looks at the cut-off of positions again with everything in the model that was found: a plain model may have
+/// wanted it lower (or higher) than the physics in the data can bear. `None` when it may stay.
+pub(super) fn again(
+    request: &Request<'_>,
+    chosen: &Chosen,
+    ladder: &Ladder,
+    logs: &[Log],
+) -> Result<Option<Chosen>> {
+    if !request.choose_signals || ladder.rungs.is_empty() {
+        return Ok(None);
+    }
+    let error = |ladder: &Ladder| ladder.rms().iter().map(|r| libm::log(r.max(1e-12))).sum::<f64>();
+    let mut order = POSITION_HZ;
+    order.sort_by(f64::total_cmp);
+    let now = chosen.settings.position_cutoff_hz;
+    let up: Vec<f64> = order.iter().copied().filter(|hz| *hz > now).collect();
+    let down: Vec<f64> = order.iter().rev().copied().filter(|hz| *hz < now).collect();
+    let mut best: (f64, Option<Chosen>) = (error(ladder) - WORTH * request.robot.dof() as f64, None);
+    for direction in [up, down] {
+        for hz in direction {
+            let settings = Settings { position_cutoff_hz: hz, ..chosen.settings.clone() };
+            let prepared: Vec<_> = logs.iter().map(|log| prepare(log, &settings)).collect::<Result<_>>()?;
+            let (runs, reports): (Vec<Run>, Vec<SignalReport>) = prepared.into_iter().unzip();
+            let there = error(&ladder.on(request.data(chosen, runs.clone())?)?);
+            if there >= best.0 {
+                break;
+            }
+            let (folds, widths) = (chosen.folds.clone(), chosen.widths.clone());
+            best = (there, Some(Chosen { settings, runs, reports, folds, widths }));
+        }
+        if best.1.is_some() {
+            break;
+        }
+    }
+    Ok(best.1)
 }
 
 /// Rigid body, viscous and Coulomb friction and offset on every joint, with these widths of the sign.

@@ -19,6 +19,8 @@ use crate::report::finite;
 /// Effects that gain less than this part of what is still unexplained on a joint, or of the largest gain, are
 /// minor.
 const MINOR: [f64; 2] = [0.05, 0.01];
+/// Unless this part of the whole robot's squared error, in N m, would come back without them.
+const POOLED: f64 = 0.05;
 /// A cause must explain this part of the worst joint's reducible error.
 const CAUSE: f64 = 0.25;
 /// Parameters that moved by more standard errors than this are listed.
@@ -97,7 +99,7 @@ impl Telling<'_> {
             ladder: self.steps(),
             validation: None,
             nested: None,
-            gate: [self.ladder.gate, self.ladder.flips],
+            gate: [self.ladder.gates.range().1, self.ladder.gates.flips],
             stop_reason: self.stop_reason(),
             timing: BTreeMap::new(),
             undecided: self.undecided,
@@ -208,13 +210,21 @@ impl Telling<'_> {
         let (mut missing, mut minor): (Vec<Missing>, Vec<Missing>) = (Vec::new(), Vec::new());
         for rung in order.into_iter().filter(|r| !self.is_formula(r.part)) {
             let entry = self.entry(rung)?;
-            let list = if rung.usefulness < least { &mut minor } else { &mut missing };
+            let small = rung.usefulness < least && self.pooled_part(rung) < POOLED;
+            let list = if small { &mut minor } else { &mut missing };
             match list.iter_mut().find(|m| m.effect == entry.effect && !m.joints.is_empty()) {
                 Some(known) if !entry.joints.is_empty() => merge(known, entry),
                 _ => list.push(entry),
             }
         }
         Ok((missing, minor))
+    }
+
+    /// Part of the squared held-out error of the whole robot that would come back without this effect.
+    fn pooled_part(&self, rung: &Rung) -> f64 {
+        let square = |rms: &[f64]| rms.iter().map(|r| r * r).sum::<f64>();
+        let (with, without) = (square(&self.ladder.rms()), square(&self.ladder.rms_without(&[rung.part])));
+        1.0 - with / without.max(1e-300)
     }
 
     fn entry(&self, rung: &Rung) -> Result<Missing> {
@@ -227,7 +237,7 @@ impl Telling<'_> {
         let joints: Vec<usize> = (0..self.ladder.data.dof()).filter(changed).collect();
         Ok(Missing {
             effect: about.name.to_string(),
-            joints: part.joint.map(|j| self.name(j)).into_iter().collect(),
+            joints: part.identity.joint.map(|j| self.name(j)).into_iter().collect(),
             equation: about.equation.to_string(),
             parameters: self.parameters(rung.part)?,
             gain_percent: 100.0 * rung.score.share,
@@ -314,8 +324,8 @@ impl Telling<'_> {
 
     fn refused(&self) -> Vec<Refused> {
         let one = |r: &super::ladder::Refusal| Refused {
-            effect: r.effect.to_string(),
-            joints: r.joint.map(|j| self.name(j)).into_iter().collect(),
+            effect: r.identity.name.to_string(),
+            joints: r.identity.joint.map(|j| self.name(j)).into_iter().collect(),
             reason: r.reason.clone(),
         };
         self.ladder.refused.iter().map(one).collect()
@@ -369,9 +379,12 @@ impl Telling<'_> {
         if ladder.rungs.len() >= ladder.limits.steps {
             return format!("stopped after {} effects; more may be missing", ladder.limits.steps);
         }
+        let (low, high) = ladder.gates.range();
+        let from =
+            if high - low < 0.05 { format!("{low:.1}") } else { format!("{low:.1} to {high:.1} by joint") };
         format!(
-            "nothing else is significant: the best remaining z is {:.1} (believed from {:.1} on)",
-            ladder.best_left, ladder.gate
+            "nothing else is significant: the best remaining z is {:.1} (believed from {from} on)",
+            ladder.best_left
         )
     }
 }

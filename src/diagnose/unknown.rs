@@ -5,10 +5,12 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::data::{Column, Data};
+use super::gates::flipped;
 use super::present::{Present, Response};
 use super::score::{Projection, Score};
 use crate::effects::{Curve, Formula, Own};
 use crate::error::Result;
+use crate::random::Stream;
 use crate::signals::Run;
 
 /// Groups of many columns are held back by this part of each column's size.
@@ -53,17 +55,42 @@ impl Search<'_> {
 
     /// How much of the joint's error depends on each variable, most first.
     pub fn dependences(&self) -> Vec<Dependence> {
-        let mut all: Vec<Dependence> = self
-            .groups()
-            .into_par_iter()
-            .filter_map(|(variable, columns)| {
-                let projection = Projection::new(self.data, self.present, vec![columns], RIDGE);
-                let score = projection.score(self.data, self.present, self.response)?;
-                Some(Dependence { variable, part: self.part(&score), score })
-            })
-            .collect();
+        self.scored(&self.projections(), self.response)
+    }
+
+    /// One group of flexible columns per variable, beside the model.
+    pub fn projections(&self) -> Vec<(String, Projection)> {
+        let beside = |(variable, columns): (String, Vec<Arc<Column>>)| {
+            (variable, Projection::new(self.data, self.present, vec![columns], RIDGE))
+        };
+        self.groups().into_par_iter().map(beside).collect()
+    }
+
+    /// How much of a response depends on each variable, most first.
+    pub fn scored(&self, groups: &[(String, Projection)], response: &Response) -> Vec<Dependence> {
+        let square: f64 = response.residual[self.joint].iter().map(|r| r * r).sum();
+        let one = |(variable, projection): &(String, Projection)| {
+            let score = projection.score(self.data, self.present, response)?;
+            let part = score.gain_of_joint[self.joint] / square.max(1e-300);
+            Some(Dependence { variable: variable.clone(), part, score })
+        };
+        let mut all: Vec<Dependence> = groups.par_iter().filter_map(one).collect();
         all.sort_by(|a, b| b.part.total_cmp(&a.part));
         all
+    }
+
+    /// The largest part of the joint's error that any variable explains by chance: residuals whose sign is drawn
+    /// for every second have nothing to find.
+    pub fn chance(&self, groups: &[(String, Projection)], replicates: usize) -> f64 {
+        let seconds = self.data.seconds();
+        let replicate = |number: usize| -> f64 {
+            let mut stream = Stream::new(0x0076_6172, number);
+            let residual = &self.response.residual;
+            let drawn = residual.iter().map(|r| flipped(r, &seconds, &mut stream)).collect();
+            let response = self.present.respond(self.data, drawn);
+            self.scored(groups, &response).first().map_or(0.0, |d| d.part)
+        };
+        (0..replicates).into_par_iter().map(replicate).reduce(|| 0.0, f64::max)
     }
 
     fn groups(&self) -> Vec<(String, Vec<Arc<Column>>)> {
@@ -162,7 +189,7 @@ impl Search<'_> {
 
     /// The formula that explains most, over the variables given and always over the joint's own position.
     pub fn formula(&self, variables: &[String]) -> Result<Option<Proposal>> {
-        let mut names: Vec<String> = variables.iter().take(2).cloned().collect();
+        let mut names: Vec<String> = variables.iter().take(3).cloned().collect();
         let own = format!("q{}", self.joint + 1);
         if !names.contains(&own) {
             names.push(own);

@@ -65,6 +65,11 @@ impl Effect for JointElasticity {
         Box::new(self.clone())
     }
 
+    fn belongs_to(&self, robot: &Robot) -> Result<Option<usize>> {
+        let joints = self.joints.indices(robot)?;
+        Ok(joints.first().copied().filter(|_| joints.len() == 1))
+    }
+
     fn needs_torque(&self) -> bool {
         true
     }

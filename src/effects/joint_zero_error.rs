@@ -74,6 +74,11 @@ impl Effect for JointZeroError {
         Box::new(self.clone())
     }
 
+    fn belongs_to(&self, robot: &Robot) -> Result<Option<usize>> {
+        let joints = self.joints.indices(robot)?;
+        Ok(joints.first().copied().filter(|_| joints.len() == 1))
+    }
+
     fn needs_torque(&self) -> bool {
         true
     }

@@ -217,6 +217,15 @@ pub trait Effect: Debug + Send + Sync {
     /// A copy behind a new box.
     fn boxed(&self) -> Box<dyn Effect>;
 
+    /// The joint it belongs to where that is not the only one whose torque it changes: a gear that twists on one
+    /// joint moves all links behind it.
+    ///
+    /// # Errors
+    /// When the joint does not exist.
+    fn belongs_to(&self, _robot: &Robot) -> Result<Option<usize>> {
+        Ok(None)
+    }
+
     /// Whether columns are built from the model's own torque ([`Stretch::model_torque`]); such effects are
     /// fitted in turns with it until both agree.
     fn needs_torque(&self) -> bool {
