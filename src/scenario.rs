@@ -53,6 +53,9 @@ pub struct Scenario {
     /// What makes the torque; rigid body, viscous and Coulomb friction and offset when not given.
     #[serde(default = "classic")]
     pub effects: Vec<Box<dyn Effect>>,
+    /// Effects that a diagnosis tries beside those of the catalogue, scripts above all.
+    #[serde(default)]
+    pub candidates: Vec<Box<dyn Effect>>,
     /// How rows are weighed.
     #[serde(default)]
     pub weighting: Weighting,

@@ -77,6 +77,7 @@ const FIELDS: [(Kind, &[&str]); 7] = [
             "logs",
             "signals",
             "effects",
+            "candidates",
             "hold_out",
             "friction",
             "seed",

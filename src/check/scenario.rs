@@ -40,6 +40,9 @@ pub(super) fn examine(path: &Path, options: &Options, report: &mut Report) -> Re
     let mut effects = std::mem::take(&mut scenario.effects);
     effects.retain_mut(|effect| look.taken(effect.load(&folder)).is_some());
     scenario.effects = effects;
+    for candidate in &mut scenario.candidates {
+        look.taken(candidate.load(&folder));
+    }
     let robot = look.robot(&scenario, gravity);
     look.files(&scenario, robot.as_ref());
     look.constraints(&mut scenario, robot.as_ref().map(|(r, _)| r));
