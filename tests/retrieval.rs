@@ -32,7 +32,7 @@ fn study(scenario: &str, out: &Path) -> (Value, String) {
     (json(&out.join("report.json")), String::from_utf8(output.stdout).expect("text"))
 }
 
-/// All but the paths at the end.
+/// All but paths, whose length is not the program's.
 fn fits_the_screen(text: &str) {
     let mut lines = text.lines().take_while(|line| !line.starts_with("written"));
     assert!(lines.all(|line| line.chars().count() <= 80), "{text}");
@@ -175,6 +175,35 @@ fn published_and_retrieved_parameters_predict_the_public_log_as_well_as_they_sho
         assert!(number(&row["certified_gap_percent"]) < 1.0, "{text}");
     }
     assert!(text.contains("mean force [N] that each joint carries"), "{text}");
+    fits_the_screen(&text);
+    std::fs::remove_dir_all(&out).expect("it was there");
+}
+
+#[test]
+fn the_panda_study_retrieves_from_the_published_coefficients() {
+    let out = folder("panda");
+    let (report, text) = study("scenarios/panda.ron", &out);
+    // The optimum is certified from both sides by two other solvers; the published parameters are feasible.
+    for (label, lowest, highest) in [
+        ("penalty", 3.726_204e-4, 3.7263e-4),
+        ("penalty_paper", 3.726_204e-4, 3.7265e-4),
+        ("lmi", 3.726_204e-4, 3.7265e-4),
+        ("given", 1.23435e-3, 1.23437e-3),
+    ] {
+        let rows = report["retrievals"].as_array().expect("a list").iter().chain([&report["given"]]);
+        let row = rows.into_iter().find(|r| r["label"] == label).expect("it has a row");
+        let objective = number(&row["objective"]);
+        assert!((lowest..=highest).contains(&objective), "{label}: {objective:e}");
+        assert_eq!(
+            (&row["feasible"], &row["bound_is"]),
+            (&Value::Bool(true), &Value::from("exact")),
+            "{row}"
+        );
+        assert!((3.7261e-4..=3.72621e-4).contains(&number(&row["lower_bound"])), "{row}");
+        assert!(number(&row["least_margin"]) >= -1e-9, "{row}");
+    }
+    assert!(text.contains("squared distance to 41 coefficients of panda_table3.ron"), "{text}");
+    assert!(text.contains("\n  joint7 "), "joints are named: {text}");
     fits_the_screen(&text);
     std::fs::remove_dir_all(&out).expect("it was there");
 }
