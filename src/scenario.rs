@@ -96,7 +96,8 @@ pub struct Scenario {
 pub enum Choice {
     /// Nearest to the inertias of a robot file, in the log-determinant sense.
     Nearest {
-        /// URDF or Denavit-Hartenberg file; the scenario's own robot when not given.
+        /// URDF or Denavit-Hartenberg file of the same robot, whose link frames may differ; the scenario's own
+        /// robot when not given.
         #[serde(default)]
         prior: Option<PathBuf>,
     },

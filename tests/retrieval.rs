@@ -69,7 +69,33 @@ fn exact_coefficients_leave_the_two_link_robots_masses_open_and_the_choice_decid
     assert!(text.contains("The choice decided, not the data"), "{text}");
     fits_the_screen(&text);
     finished_model(&out);
+    prior_in_another_file(&out);
     std::fs::remove_dir_all(&out).expect("it was there");
+}
+
+/// A prior in a URDF, whose link frames lie elsewhere, means the same bodies: when it is itself one of the
+/// equally good answers it comes back.
+fn prior_in_another_file(out: &Path) {
+    let root = std::env::current_dir().expect("a folder");
+    let text = std::fs::read_to_string("scenarios/two_link_intervals.ron").expect("it is there");
+    let text = text
+        .replace("../robots/", &format!("{}/robots/", root.display()))
+        .replace("two_link_coefficients", &format!("{}/scenarios/two_link_coefficients", root.display()))
+        .replace("choice: Uniform", "choice: Nearest(prior: \"exported.urdf\")");
+    let scenario = out.join("again.ron");
+    std::fs::write(&scenario, text).expect("written");
+    let before = json(&out.join("report.json"));
+    let (after, text) = study(scenario.to_str().expect("plain"), &out.join("again"));
+    assert!(text.contains("nearest to the inertias of exported.urdf"), "{text}");
+    for link in 0..2 {
+        let of = |report: &Value| report["chosen"]["retrieval"]["links"][link].clone();
+        let (before, after) = (of(&before), of(&after));
+        let near = |a: &Value, b: &Value| (number(a) - number(b)).abs() < 2e-3 * number(a).abs().max(1.0);
+        assert!(near(&before["mass"], &after["mass"]), "{before} {after}");
+        for axis in 0..3 {
+            assert!(near(&before["com"][axis], &after["com"][axis]), "{before} {after}");
+        }
+    }
 }
 
 /// `model.ron` serves the other commands, and means the same robot as its export.
