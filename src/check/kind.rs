@@ -77,6 +77,7 @@ const FIELDS: [(Kind, &[&str]); 7] = [
             "logs",
             "signals",
             "effects",
+            "candidates",
             "hold_out",
             "friction",
             "seed",
@@ -89,6 +90,7 @@ const FIELDS: [(Kind, &[&str]); 7] = [
             "engines",
             "intervals",
             "choice",
+            "retrieve_from",
         ],
     ),
     (

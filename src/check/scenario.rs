@@ -40,6 +40,9 @@ pub(super) fn examine(path: &Path, options: &Options, report: &mut Report) -> Re
     let mut effects = std::mem::take(&mut scenario.effects);
     effects.retain_mut(|effect| look.taken(effect.load(&folder)).is_some());
     scenario.effects = effects;
+    for candidate in &mut scenario.candidates {
+        look.taken(candidate.load(&folder));
+    }
     let robot = look.robot(&scenario, gravity);
     look.files(&scenario, robot.as_ref());
     look.constraints(&mut scenario, robot.as_ref().map(|(r, _)| r));
@@ -130,7 +133,8 @@ fn retrieval(scenario: &Scenario) -> String {
         scenario.presets.iter().map(|file| format!("those of {}", file.display())).collect();
     under.extend(scenario.constraints.iter().map(|c| c.about().name.to_string()));
     let under = if under.is_empty() { "no constraint".to_owned() } else { under.join(", ") };
-    format!("retrieve feasible link parameters with {} under {under}", engines.join(" and "))
+    let from = scenario.retrieve_from.as_ref().map_or(String::new(), |f| format!(" from {}", f.display()));
+    format!("retrieve feasible link parameters{from} with {} under {under}", engines.join(" and "))
 }
 
 fn signals(scenario: &Scenario) -> Vec<String> {
@@ -196,6 +200,7 @@ impl Look<'_> {
             None => {}
         }
         coefficients.extend(scenario.friction.iter().filter_map(|f| f.coefficients.as_ref()));
+        coefficients.extend(&scenario.retrieve_from);
         let published = scenario.friction.as_ref().and_then(|f| f.published.as_ref());
         if let (Some(file), Some((robot, _))) = (published, robot) {
             let path = self.folder.join(file);

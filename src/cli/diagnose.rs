@@ -1,6 +1,7 @@
 use std::path::{Path, PathBuf};
 
 use lacuna::diagnose::{Limits, Outcome, Request, Start, diagnose};
+use lacuna::effects::{Effect, Joints, ScriptedEffect};
 use lacuna::log::{ColumnMap, Log};
 use lacuna::model_file::ModelFile;
 use lacuna::robot::Robot;
@@ -31,9 +32,13 @@ pub(super) struct Diagnose {
     /// Model to start from: rigid, classic, given (the robot file's own inertias), or a model file.
     #[arg(long, value_name = "MODEL")]
     model: Option<String>,
-    /// Add an effect first, on one joint or on all; repeat the flag for several.
+    /// Add an effect first, on one joint or on all: a name of the catalogue or an effect script (.rhai); repeat
+    /// the flag for several.
     #[arg(long, value_name = "EFFECT[:JOINT]")]
     add: Vec<String>,
+    /// An effect script that takes part in the search beside the catalogue; repeat the flag for several.
+    #[arg(long = "try", value_name = "FILE.rhai[:JOINT]")]
+    tried: Vec<String>,
     /// Add what is found until nothing significant is left.
     #[arg(long)]
     auto: bool,
@@ -63,6 +68,8 @@ struct Inputs {
     choose: bool,
     hold_out: HoldOut,
     seed: u64,
+    /// Candidates beside the catalogue.
+    extra: Vec<Box<dyn Effect>>,
 }
 
 impl Diagnose {
@@ -80,6 +87,8 @@ impl Diagnose {
             }
         };
         let folds = |runs: &[Run]| inputs.hold_out.folds(runs);
+        let mut extra = inputs.extra;
+        let add = self.wishes(&inputs.robot, &mut extra)?;
         let request = Request {
             robot: &inputs.robot,
             logs: inputs.logs,
@@ -89,16 +98,16 @@ impl Diagnose {
             settings: inputs.settings,
             choose_signals: inputs.choose,
             folds: &folds,
-            add: self.add.iter().map(|a| wish(a)).collect(),
+            add,
             auto: self.auto,
             nested: self.nested,
-            extra: Vec::new(),
+            extra,
             limits: Limits::default(),
             seed: global.seed.unwrap_or(inputs.seed),
         };
-        let outcome = diagnose(request, &mut |what| console.say(what))?;
+        let mut outcome = diagnose(request, &mut |what| console.say(what))?;
         console.clear();
-        let written = self.write(&outcome, global)?;
+        let written = self.write(&mut outcome, global)?;
         if global.json {
             print_json(&outcome.diagnosis)?;
         } else {
@@ -109,8 +118,11 @@ impl Diagnose {
     }
 
     fn in_scenario(&self, file: &Path) -> Result<Inputs> {
-        let scenario = Scenario::open(file)?;
+        let mut scenario = Scenario::open(file)?;
         let folder = file.parent().unwrap_or(Path::new(".")).to_path_buf();
+        for effect in scenario.effects.iter_mut().chain(&mut scenario.candidates) {
+            effect.load(&folder).map_err(|e| text::placed(e, file))?;
+        }
         let robot_path = plain(&folder.join(&scenario.robot));
         let mut robot = open_robot(&robot_path, self.gravity.as_deref())?;
         if let (Some(gravity), None) = (scenario.gravity, &self.gravity) {
@@ -149,6 +161,7 @@ impl Diagnose {
             choose: !chosen,
             hold_out: scenario.hold_out,
             seed: scenario.seed,
+            extra: scenario.candidates,
             robot,
             robot_path,
         })
@@ -174,6 +187,7 @@ impl Diagnose {
             choose: true,
             hold_out: HoldOut::Auto,
             seed: 1,
+            extra: Vec::new(),
             robot_path: path.to_path_buf(),
             robot,
         })
@@ -187,9 +201,57 @@ impl Diagnose {
         settings
     }
 
-    /// Writes `diagnosis.json` and `model.ron` where a folder was asked for.
-    fn write(&self, outcome: &Outcome, global: &Global) -> Result<Option<PathBuf>> {
+    /// The effects to add by name; scripts become candidates, those to try as well.
+    fn wishes(
+        &self,
+        robot: &Robot,
+        extra: &mut Vec<Box<dyn Effect>>,
+    ) -> Result<Vec<(String, Option<String>)>> {
+        let mut add = Vec::new();
+        for (text, wanted) in self.add.iter().map(|a| (a, true)).chain(self.tried.iter().map(|t| (t, false)))
+        {
+            let (name, joint) = wish(text);
+            if !name.ends_with(".rhai") {
+                if !wanted {
+                    return Err(Error::new(format!("--try {text}: not an effect script"))
+                        .help("the catalogue takes part anyway; give a file that ends in .rhai"));
+                }
+                add.push((name, joint));
+                continue;
+            }
+            let listed = extra.iter().any(|other| other.about().name == name);
+            if listed && wanted && !Path::new(&name).exists() {
+                add.push((name, joint));
+                continue;
+            }
+            let joints = joint.as_ref().map_or(Joints::All, |j| Joints::Only(vec![j.clone()]));
+            let effect = ScriptedEffect::open(Path::new(&name), joints)?;
+            effect.try_on(robot)?;
+            let name = effect.about().name;
+            extra.retain(|other| other.about().name != name);
+            extra.push(effect.boxed());
+            if wanted {
+                add.push((name.to_string(), joint));
+            }
+        }
+        Ok(add)
+    }
+
+    /// The effect as `--add` takes it: a script that was tried by its path.
+    fn where_it_is(&self, effect: &str) -> String {
+        let named = |path: &String| Path::new(path).file_name().is_some_and(|file| file == effect);
+        self.tried.iter().map(|t| wish(t).0).find(named).unwrap_or_else(|| effect.to_string())
+    }
+
+    /// Writes `diagnosis.json`, `model.ron` and proposed scripts where a folder was asked for.
+    fn write(&self, outcome: &mut Outcome, global: &Global) -> Result<Option<PathBuf>> {
         let Some(out) = &global.out else { return Ok(None) };
+        for (unknown, script) in outcome.diagnosis.unexplained.iter_mut().zip(&outcome.scripts) {
+            if let Some(script) = script {
+                text::write_whole(&out.join(&script.file), script.text.as_bytes())?;
+                unknown.script = Some(script.file.clone());
+            }
+        }
         text::write_whole(&out.join("diagnosis.json"), (json(&outcome.diagnosis)? + "\n").as_bytes())?;
         outcome.model.write(&out.join("model.ron"))?;
         Ok(Some(out.clone()))
@@ -208,10 +270,14 @@ impl Diagnose {
             Some(file) => file.display().to_string(),
             None => format!("--robot {} --data ..", robot.display()),
         };
-        let step = match outcome.diagnosis.missing.first() {
-            Some(m) if !self.auto => {
+        let script = outcome.diagnosis.unexplained.iter().find_map(|u| u.script.as_ref()).zip(written);
+        let step = match (outcome.diagnosis.missing.first(), script) {
+            (None, Some((file, out))) => {
+                format!("lacuna diagnose {what} --add {}", out.join(file).display())
+            }
+            (Some(m), _) if !self.auto && m.effect != "rigid_body" => {
                 let joint = m.joints.first().map_or_else(String::new, |j| format!(":{j}"));
-                format!("lacuna diagnose {what} --add {}{joint}   (or --auto)", m.effect)
+                format!("lacuna diagnose {what} --add {}{joint}   (or --auto)", self.where_it_is(&m.effect))
             }
             _ => match written {
                 Some(out) => format!(
@@ -227,10 +293,14 @@ impl Diagnose {
     }
 }
 
-/// `EFFECT` or `EFFECT:JOINT`.
+/// `EFFECT` or `EFFECT:JOINT`; colons inside the path of a script stay in it.
 fn wish(text: &str) -> (String, Option<String>) {
-    match text.split_once(':') {
-        Some((effect, joint)) => (effect.to_string(), Some(joint.to_string())),
+    let split = match text.find(".rhai") {
+        Some(end) => text[end..].find(':').map(|colon| end + colon),
+        None => text.find(':'),
+    };
+    match split {
+        Some(colon) => (text[..colon].to_string(), Some(text[colon + 1..].to_string())),
         None => (text.to_string(), None),
     }
 }

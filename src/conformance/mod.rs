@@ -1,4 +1,5 @@
-//! Checks that the author of a plug-in calls from a test: does a constraint or an engine keep its promises?
+//! Checks that the author of a plug-in calls from a test: does a constraint, an effect or an engine keep its
+//! promises?
 //!
 //! They use the public interface only, as a study would, and their errors say what to mend.
 //!
@@ -15,9 +16,11 @@
 //! unknown.
 
 mod constraint;
+mod effect;
 mod engine;
 
 pub use constraint::constraint;
+pub use effect::effect;
 pub use engine::engine;
 
 use crate::error::{Error, Result};

@@ -112,6 +112,8 @@ pub struct Joint {
 pub struct Baseline {
     /// Its effects.
     pub effects: Vec<String>,
+    /// Whether its numbers were fitted to the data; `false` when those of the robot file were compared as they are.
+    pub fitted: bool,
     /// Pooled over all joints.
     pub held_out_relative_error_percent: Option<f64>,
 }
@@ -175,7 +177,7 @@ pub struct Unexplained {
     pub depends_on: Vec<String>,
     /// A formula that fits.
     pub formula: Option<String>,
-    /// An effect script that can be added.
+    /// File of an effect script that can be added, in the folder that results are written to.
     pub script: Option<String>,
     /// Significance.
     pub z: f64,

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::data::{Column, Data};
 use crate::effects::{CATALOGUE, Effect};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::robot::Robot;
 
 /// One effect on one joint (or on the whole robot) that may be missing.
@@ -23,6 +23,8 @@ pub(super) struct Candidate {
     pub alternatives: Vec<Box<dyn Effect>>,
     /// Columns of every alternative; empty until they are asked for.
     pub columns: Vec<Vec<Arc<Column>>>,
+    /// Why there are none.
+    pub trouble: Option<Error>,
 }
 
 impl Candidate {
@@ -32,7 +34,7 @@ impl Candidate {
         let effect = joint.map_or_else(|| effect.clone(), |j| effect.with_width(widths[j]));
         let alternatives = grid(effect.as_ref());
         let identity = Identity::of(effect.as_ref(), robot)?;
-        Ok(Self { effect, joint, identity, order, alternatives, columns: Vec::new() })
+        Ok(Self { effect, joint, identity, order, alternatives, columns: Vec::new(), trouble: None })
     }
 
     /// Name of the effect.
@@ -46,7 +48,10 @@ impl Candidate {
             Ok(data.candidate_columns(effect)?.into_iter().map(Arc::new).collect())
         };
         let all = self.alternatives.iter().map(|effect| columns(effect.as_ref()));
-        self.columns = all.collect::<Result<_>>().unwrap_or_default();
+        (self.columns, self.trouble) = match all.collect::<Result<_>>() {
+            Ok(columns) => (columns, None),
+            Err(trouble) => (Vec::new(), Some(trouble)),
+        };
     }
 }
 
@@ -102,8 +107,12 @@ pub(super) fn catalogue(data: &Data, widths: &[f64], extra: &[Box<dyn Effect>]) 
         }
     }
     for effect in extra {
-        all.push(Candidate::new(&data.robot, effect.clone(), CATALOGUE.len(), widths)?);
+        for one in effect.one_by_one(&data.robot)? {
+            all.push(Candidate::new(&data.robot, one, CATALOGUE.len(), widths)?);
+        }
     }
+    // Nothing can be said of a joint that never moves, or whose torque is no measurement.
+    all.retain(|c| c.joint.is_none_or(|j| !data.still[j] && !data.silent[j]));
     Ok(all)
 }
 

@@ -1,5 +1,6 @@
 //! When a known effect does not close the case: the unknown beside it.
 
+use super::answer::Unexplained;
 use super::ladder::{Ladder, Rung, Scored};
 use super::parts::Part;
 use super::present::rms;
@@ -36,6 +37,15 @@ pub(super) struct Unknown {
     pub nearest: Option<(String, f64)>,
 }
 
+/// The proposal of a formula as an effect script.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Proposed {
+    /// Name for its file.
+    pub file: String,
+    /// The script.
+    pub text: String,
+}
+
 /// What may be said about an unknown.
 pub(super) enum Found {
     Formula(Box<Proposal>, Option<(String, f64)>),
@@ -45,7 +55,15 @@ pub(super) enum Found {
 impl Ladder {
     /// Reducible squared error of each joint in units of its floor.
     pub fn excess(&self) -> Vec<f64> {
-        self.rms().iter().zip(&self.floor.rms).map(|(r, f)| (r / f) * (r / f) - 1.0).collect()
+        let of = |(r, f): (&f64, &f64)| (r / f) * (r / f) - 1.0;
+        let excess = self.rms().iter().zip(&self.floor.rms).map(of).collect();
+        self.of_moving(excess)
+    }
+
+    /// The same numbers, none for joints that never move.
+    pub fn of_moving(&self, mut of_joint: Vec<f64>) -> Vec<f64> {
+        of_joint.iter_mut().zip(&self.data.still).filter(|(_, still)| **still).for_each(|(x, _)| *x = 0.0);
+        of_joint
     }
 
     /// What is left of a joint's reducible error with a held-out effect added, in units of its floor.
@@ -190,6 +208,41 @@ impl Ladder {
             also_possible: Vec::new(),
         });
         Ok(true)
+    }
+
+    /// Structure without a name that is left, each with the script of its formula, where there is one.
+    pub fn unexplained(&self) -> Vec<(Unexplained, Option<Proposed>)> {
+        let robot = &self.data.robot;
+        let live = self.parts.numbers();
+        let mut all: Vec<(Unexplained, Option<Proposed>)> = Vec::new();
+        for u in self.unknown.iter().filter(|u| u.part.is_none_or(|p| live.contains(&p))) {
+            let joint = robot.joints[u.joint].name.clone();
+            let rank = all.iter().filter(|(other, script)| other.joint == joint && script.is_some()).count();
+            let told = Unexplained {
+                depends_on: u.depends_on.clone(),
+                formula: u.part.and_then(|part| self.written(part)),
+                script: None,
+                z: u.z,
+                gain_percent: 100.0 * u.share,
+                nearest: u
+                    .nearest
+                    .as_ref()
+                    .map(|(name, left)| format!("{name}, leaves {:.0} %", 100.0 * left)),
+                joint,
+            };
+            all.push((told, u.part.and_then(|part| self.proposed(part, u.joint, rank))));
+        }
+        all
+    }
+
+    fn proposed(&self, part: usize, joint: usize, rank: usize) -> Option<Proposed> {
+        let x = self.present.fit(&self.data.tau);
+        let effect = &self.parts.get(part).effect;
+        let text = effect.as_script(&self.data.robot, &x[self.parts.place(part)], rank)?;
+        let plain = |c: char| if c.is_ascii_alphanumeric() || c == '_' || c == '-' { c } else { '_' };
+        let name: String = self.data.robot.joints[joint].name.chars().map(plain).collect();
+        let number = if rank == 0 { String::new() } else { format!("_{}", rank + 1) };
+        Some(Proposed { file: format!("unknown_{name}{number}.rhai"), text })
     }
 
     /// What a formula of the model says, with its numbers.

@@ -10,6 +10,8 @@ use crate::signals::{Folds, Rows, Run};
 
 /// Samples handled at once when columns are filtered.
 const PIECE: usize = 16_384;
+/// A joint that travels less does not move: what is seen is noise [rad, m].
+const STILL: f64 = 2e-3;
 
 /// One linear parameter's torque per unit: the rows of every joint it reaches.
 #[derive(Debug, Clone, Default)]
@@ -56,6 +58,10 @@ pub(super) struct Data {
     pub tau: Vec<Vec<f64>>,
     /// Runs in which candidates exist; the others are the reference (two-log mode).
     pub changed: Vec<bool>,
+    /// Joints that never move.
+    pub still: Vec<bool>,
+    /// Joints whose torque is no measurement: zero throughout.
+    pub silent: Vec<bool>,
 }
 
 impl Data {
@@ -68,7 +74,10 @@ impl Data {
             return Err(Error::new(format!("{}: the log has no torque to explain", run.name))
                 .help("log tau1..taun, or map currents to torque with a column map"));
         }
-        let tau = (0..robot.dof()).map(|joint| joined(|run| &run.tau, joint)).collect();
+        let tau: Vec<Vec<f64>> = (0..robot.dof()).map(|joint| joined(|run| &run.tau, joint)).collect();
+        let still =
+            (0..robot.dof()).map(|joint| runs.iter().all(|run| travel(&run.q[joint]) < STILL)).collect();
+        let silent = tau.iter().map(|rows| rows.iter().all(|x| x.abs() <= 0.0)).collect();
         let fold_ranges = (0..folds.count).map(|fold| ranges_of(&folds.fold, fold)).collect();
         let changed = vec![true; runs.len()];
         Ok(Self {
@@ -80,6 +89,8 @@ impl Data {
             fold_ranges,
             tau,
             changed,
+            still,
+            silent,
         })
     }
 
@@ -205,6 +216,12 @@ impl Data {
         }
         Some(all)
     }
+}
+
+/// Width of the range of a series.
+fn travel(q: &[f64]) -> f64 {
+    let (low, high) = q.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
+    high - low
 }
 
 /// Rows per second, at least one.

@@ -4,15 +4,18 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use super::answer::{Diagnosis, Undecided, Verdict};
-use super::candidates::{self, Candidate};
+use super::base::Base;
+use super::candidates;
+use super::closing::Proposed;
 use super::data::Data;
 use super::floor::Floor;
 use super::ladder::Ladder;
+use super::late::Late;
 use super::parts::Parts;
 use super::present::Present;
 use super::signals::{Choice, Chosen, plain};
-use super::unseen::{fitted, validate};
-use super::{Limits, doubts, nested, signals, telling};
+use super::unseen::{Basis, fitted, validate};
+use super::{Limits, asked, doubts, nested, poor, signals, telling};
 
 use crate::effects::{Effect, RigidBody};
 use crate::error::{Error, Result};
@@ -24,6 +27,8 @@ use crate::signals::{Folds, Run, Settings, prepare};
 
 /// Rounds of climbing and looking back at most.
 const ROUNDS: usize = 3;
+/// Times that a delay of the torque is mended.
+const MENDINGS: usize = 2;
 
 /// The model that is compared with the measurement.
 #[derive(Debug, Clone)]
@@ -108,6 +113,8 @@ pub struct Outcome {
     pub diagnosis: Diagnosis,
     /// The model, with what was added.
     pub model: ModelFile,
+    /// Scripts of what is unexplained, in the order of [`Diagnosis::unexplained`].
+    pub scripts: Vec<Option<Proposed>>,
 }
 
 /// Compares model and measurement and says what is missing.
@@ -118,45 +125,97 @@ pub fn diagnose(request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<Outco
     let clock = Instant::now();
     let mut timing = BTreeMap::new();
     refuse_shared_rows(&request)?;
-    let logs = request.all_logs();
-    let mut chosen = request.choose(&logs, say)?;
-    timing.insert("signals".to_string(), clock.elapsed().as_secs_f64());
-    let data = request.data(&chosen, chosen.runs.clone())?;
-    let undecided = poor_data(&data);
-    let mut ladder = start(data, &request, &chosen, say)?;
-    let base = telling::Base::of(&ladder, matches!(request.start, Start::Given))?;
-    let added = add_requested(&mut ladder, &request.add)?;
-    let step = Instant::now();
-    if undecided.iter().all(|(_, blocks)| !blocks) {
-        search(&mut ladder, request.seed, say)?;
-        if let Some(better) = signals::again(&request, &chosen, &ladder, &logs)? {
-            say(&format!("again with positions filtered at {} Hz", better.settings.position_cutoff_hz));
-            ladder.move_to(request.data(&better, better.runs.clone())?)?;
-            chosen = better;
-            search(&mut ladder, request.seed, say)?;
+    let mut logs = request.all_logs();
+    poor::silence(&mut logs);
+    let mut look = Look::at(&request, &logs, &mut timing, say)?;
+    // A delay of the whole robot is mended before anything that it may have imitated is believed.
+    let (mut late, mut unmended): (Option<Late>, Option<Look>) = (None, None);
+    for _ in 0..MENDINGS {
+        if !Late::note(&mut late, &look.telling(&request, &look.base))? {
+            break;
         }
-        if doubts::drop_artefacts(&mut ladder, smoother(&request, &chosen, &logs)?)? {
-            ladder.look_back(say)?;
-        }
+        let Some(late) = &late else { break };
+        say(&format!("the torque is {:.1} ms late: put in step, looking again", 1e3 * late.seconds));
+        let again = Look::at(&request, &late.mended(&logs), &mut timing, say)?;
+        let before = std::mem::replace(&mut look, again);
+        unmended.get_or_insert(before);
     }
-    timing.insert("search".to_string(), step.elapsed().as_secs_f64());
-    let diagnosis = telling::Telling {
-        ladder: &ladder,
-        chosen: &chosen,
-        base: &base,
-        added: &added,
-        auto: request.auto,
-        undecided: undecided.into_iter().map(|(u, _)| u).collect(),
-    };
-    let mut diagnosis = diagnosis.tell()?;
-    let model = model_file(&ladder, &chosen, &request, &added)?;
+    let first =
+        unmended.as_ref().filter(|u| u.ladder.data.count() == look.ladder.data.count()).unwrap_or(&look);
+    let telling = look.telling(&request, &first.base);
+    let mut diagnosis = telling.tell()?;
+    let delay = late.as_ref().map(Late::effect);
+    if let Some(late) = late {
+        late.into_answer(&mut diagnosis, &telling, &look.base);
+    }
+    let model = model_file(first, &look, &request, delay.clone())?;
     if let Some(until) = request.nested {
-        diagnosis.nested = Some(nested::run(&request, &chosen, until, say)?);
+        diagnosis.nested = Some(nested::run(&request, &first.chosen, until, say)?);
     }
-    diagnosis.validation = validate(&ladder, &base, &chosen, &request)?;
+    diagnosis.validation = validate(&request, &first.basis(), &look.ladder, delay)?;
     timing.insert("total".to_string(), clock.elapsed().as_secs_f64());
     diagnosis.timing = timing;
-    Ok(Outcome { diagnosis, model })
+    let scripts = look.ladder.unexplained().into_iter().map(|(_, script)| script).collect();
+    Ok(Outcome { diagnosis, model, scripts })
+}
+
+/// One look at the logs: signals chosen, effects searched.
+struct Look {
+    chosen: Chosen,
+    ladder: Ladder,
+    base: Base,
+    added: Vec<telling::Added>,
+    undecided: Vec<Undecided>,
+}
+
+impl Look {
+    fn at(
+        request: &Request<'_>,
+        logs: &[Log],
+        timing: &mut BTreeMap<String, f64>,
+        say: &mut dyn FnMut(&str),
+    ) -> Result<Self> {
+        let clock = Instant::now();
+        let mut chosen = request.choose(logs, say)?;
+        *timing.entry("signals".to_string()).or_default() += clock.elapsed().as_secs_f64();
+        let data = request.data(&chosen, chosen.runs.clone())?;
+        let undecided = poor::judge(&data);
+        let mut ladder = start(data, request, &chosen, say)?;
+        let base = Base::of(&ladder, matches!(request.start, Start::Given))?;
+        let added = asked::add(&mut ladder, &request.add)?;
+        let clock = Instant::now();
+        if undecided.iter().all(|(_, blocks)| !blocks) {
+            search(&mut ladder, request.seed, say)?;
+            if let Some(better) = signals::again(request, &chosen, &ladder, logs)? {
+                say(&format!("again with positions filtered at {} Hz", better.settings.position_cutoff_hz));
+                ladder.move_to(request.data(&better, better.runs.clone())?)?;
+                chosen = better;
+                search(&mut ladder, request.seed, say)?;
+            }
+            if doubts::drop_artefacts(&mut ladder, smoother(request, &chosen, logs)?)? {
+                ladder.look_back(say)?;
+            }
+        }
+        *timing.entry("search".to_string()).or_default() += clock.elapsed().as_secs_f64();
+        let undecided = undecided.into_iter().map(|(u, _)| u).collect();
+        Ok(Self { chosen, ladder, base, added, undecided })
+    }
+
+    fn basis(&self) -> Basis<'_> {
+        Basis { ladder: &self.ladder, chosen: &self.chosen, base: &self.base }
+    }
+
+    fn telling<'a>(&'a self, request: &Request<'_>, base: &'a Base) -> telling::Telling<'a> {
+        telling::Telling {
+            ladder: &self.ladder,
+            chosen: &self.chosen,
+            base,
+            added: &self.added,
+            auto: request.auto,
+            x: self.ladder.present.fit(&self.ladder.data.tau),
+            undecided: &self.undecided,
+        }
+    }
 }
 
 /// Contacts first; then forward, backward, forward again, until neither changes anything. The threshold is
@@ -230,88 +289,6 @@ pub(super) fn start(
     Ok(ladder)
 }
 
-/// Adds effects that the user asked for, without asking whether they help.
-fn add_requested(ladder: &mut Ladder, wanted: &[(String, Option<String>)]) -> Result<Vec<telling::Added>> {
-    let mut added = Vec::new();
-    for (name, joint) in wanted {
-        let index = joint.as_ref().map(|j| joint_number(ladder, j)).transpose()?;
-        let fitting: Vec<usize> = (0..ladder.candidates.len())
-            .filter(|&k| {
-                let c: &Candidate = &ladder.candidates[k];
-                c.name() == name && (index.is_none() || c.joint == index) && !c.columns.is_empty()
-            })
-            .collect();
-        if fitting.is_empty() {
-            return Err(unknown_effect(name, joint.as_deref(), ladder));
-        }
-        let mut parts = Vec::new();
-        for candidate in fitting {
-            if ladder.parts.has(&ladder.candidates[candidate]) {
-                continue;
-            }
-            let projection = super::score::Projection::new(
-                &ladder.data,
-                &ladder.present,
-                ladder.candidates[candidate].columns.clone(),
-                0.0,
-            );
-            let best = projection.score(&ladder.data, &ladder.present, &ladder.response);
-            let Some(score) = best else { continue };
-            parts.extend(ladder.try_add(candidate, score.alternative)?);
-        }
-        ladder.refit()?;
-        added.push(telling::Added::now(ladder, name, &parts));
-    }
-    Ok(added)
-}
-
-fn joint_number(ladder: &Ladder, joint: &str) -> Result<usize> {
-    let robot = &ladder.data.robot;
-    robot.joint_index(joint).ok_or_else(|| {
-        let known: Vec<&str> = robot.joints.iter().map(|j| j.name.as_str()).collect();
-        Error::new(format!("--add: no joint `{joint}`")).help(format!("known are {}", known.join(", ")))
-    })
-}
-
-fn unknown_effect(name: &str, joint: Option<&str>, ladder: &Ladder) -> Error {
-    let mut known: Vec<&str> = ladder.candidates.iter().map(Candidate::name).collect();
-    known.dedup();
-    if known.contains(&name) {
-        let where_ = joint.map_or_else(String::new, |j| format!(" on `{j}`"));
-        return Error::new(format!("--add: `{name}` cannot be added{where_}: these data cannot show it"))
-            .help(format!("lacuna list effects {name} explains it"));
-    }
-    Error::new(format!("--add: no effect called `{name}`")).help(format!("known are {}", known.join(", ")))
-}
-
-/// What makes an answer impossible (`true`) or partial.
-fn poor_data(data: &Data) -> Vec<(Undecided, bool)> {
-    let mut all = Vec::new();
-    let seconds: f64 = data.rows.iter().map(|r| r.count as f64 * r.dt).sum();
-    let unknowns = crate::identify::BaseParameters::new(&data.robot).rank() + 3 * data.dof();
-    if data.count() * data.dof() < 10 * unknowns || seconds < 8.0 {
-        let reason = format!(
-            "{seconds:.1} s of motion give {} rows for {unknowns} unknowns: too little to hold anything out",
-            data.count() * data.dof()
-        );
-        let record = "a motion of all joints of at least 20 s, better twice the same one".to_string();
-        all.push((Undecided { reason, record }, true));
-    }
-    for (j, joint) in data.robot.joints.iter().enumerate() {
-        let moves = data.runs.iter().any(|run| {
-            let (low, high) =
-                run.q[j].iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
-            high - low > 1e-3
-        });
-        if !moves {
-            let reason = format!("{} never moves: nothing that depends on its motion can show", joint.name);
-            let record = format!("a motion in which {} moves too", joint.name);
-            all.push((Undecided { reason, record }, false));
-        }
-    }
-    all
-}
-
 /// A validation log must not be one of the fitted ones, in part or whole.
 fn refuse_shared_rows(request: &Request<'_>) -> Result<()> {
     let key =
@@ -336,12 +313,13 @@ fn refuse_shared_rows(request: &Request<'_>) -> Result<()> {
 
 /// The model people take away: the start, what was added, and with `--auto` what was found.
 fn model_file(
-    ladder: &Ladder,
-    chosen: &Chosen,
+    first: &Look,
+    look: &Look,
     request: &Request<'_>,
-    added: &[telling::Added],
+    delay: Option<Box<dyn Effect>>,
 ) -> Result<ModelFile> {
-    let asked: Vec<usize> = added.iter().flat_map(|a| a.parts.clone()).collect();
+    let ladder = &look.ladder;
+    let asked: Vec<usize> = look.added.iter().flat_map(|a| a.parts.clone()).collect();
     let effects = ladder
         .parts
         .numbers()
@@ -351,11 +329,12 @@ fn model_file(
             !found || (request.reference.is_empty() && (request.auto || asked.contains(&k)))
         })
         .map(|k| ladder.parts.get(k).effect.clone())
+        .chain(delay.filter(|_| request.auto))
         .collect();
     let names: Vec<&str> = request.logs.iter().map(|log| log.name.as_str()).collect();
     let origin = format!("diagnosis of {}", names.join(", "));
-    let (model, fitted) = fitted(&ladder.data, effects)?;
-    Ok(ModelFile::new(&model, &fitted.x, &fitted.robust_sd, chosen.settings.clone(), origin))
+    let (model, fitted) = fitted(&first.ladder.data, effects)?;
+    Ok(ModelFile::new(&model, &fitted.x, &fitted.robust_sd, first.chosen.settings.clone(), origin))
 }
 
 /// Whether a verdict can be given.

@@ -16,6 +16,8 @@
 //! that no catalogue entry, script or formula can express (it says on which joint and variable it depends).
 
 mod answer;
+mod asked;
+mod base;
 mod candidates;
 mod choosing;
 mod closing;
@@ -26,9 +28,11 @@ mod events;
 mod floor;
 mod gates;
 mod ladder;
+mod late;
 mod nested;
 mod normal;
 mod parts;
+mod poor;
 mod present;
 mod refine;
 mod regions;
@@ -42,6 +46,7 @@ pub use answer::{
     Baseline, Diagnosis, Event, First, Inseparable, Joint, Missing, Moved, Nested, Parameter, Refused,
     Region, Signals, Step, Undecided, Unexplained, Validation, Verdict,
 };
+pub use closing::Proposed;
 pub use entry::{Outcome, Request, Start, diagnose};
 pub use unseen::unseen_error;
 

@@ -60,11 +60,11 @@ impl Present {
     /// Prepares the fits of `columns`; joints are weighed by their residual under this very model.
     pub fn new(data: &Data, columns: Columns) -> Self {
         let mut this = Self::unfitted(data, columns);
-        this.weights = (0..data.dof()).map(|j| 1.0 / rms(&data.tau[j]).max(1e-300)).collect();
+        this.weights = weights(data, &data.tau);
         for _ in 0..ROUNDS {
             let total = this.factor_all();
             let residual = this.residual_with(data, &total);
-            this.weights = residual.iter().map(|r| 1.0 / rms(r).max(1e-12)).collect();
+            this.weights = weights(data, &residual);
         }
         this.factor(data.fold_ranges.len());
         this
@@ -247,8 +247,18 @@ impl Present {
                 }
             }
         }
+        // What is not measured has no error.
+        for (rest, _) in residual.iter_mut().zip(&data.silent).filter(|(_, silent)| **silent) {
+            rest.fill(0.0);
+        }
         Response { y, products, residual }
     }
+}
+
+/// One over the rms of each joint's rows; none for joints without a measurement.
+fn weights(data: &Data, rows: &[Vec<f64>]) -> Vec<f64> {
+    let weight = |(rows, silent): (&Vec<f64>, &bool)| if *silent { 0.0 } else { 1.0 / rms(rows).max(1e-12) };
+    rows.iter().zip(&data.silent).map(weight).collect()
 }
 
 /// Sum of vectors of equal length.

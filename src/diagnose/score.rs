@@ -175,7 +175,8 @@ impl Projected {
             change.iter_mut().zip(shadow).for_each(|(c, s)| *c += dk * s);
         }
         for range in ranges {
-            for (joint, rows) in effect.iter_mut().enumerate() {
+            let measured = |(joint, _): &(usize, &mut Vec<f64>)| present.weights[*joint] > 0.0;
+            for (joint, rows) in effect.iter_mut().enumerate().filter(measured) {
                 let rows = &mut rows[range.clone()];
                 for (dk, column) in d.iter().zip(&self.columns) {
                     if let Some(part) = column.part(joint) {

@@ -118,7 +118,9 @@ impl Choice<'_> {
     fn errors(&self, runs: &[Run], folds: &Folds, widths: &[f64]) -> Result<Vec<f64>> {
         let model = Model::new(self.robot, plain(self.robot, widths))?;
         let evidence = Evidence::collect(&model, runs, folds)?;
-        Ok(held_out(&model, &evidence, Weighting::Joint)?.rms.iter().map(|r| r.max(1e-12)).collect())
+        let silent = |j: usize| runs.iter().all(|run| run.tau[j].iter().all(|x| x.abs() <= 0.0));
+        let rms = held_out(&model, &evidence, Weighting::Joint)?.rms;
+        Ok(rms.iter().enumerate().map(|(j, r)| if silent(j) { 1.0 } else { r.max(1e-12) }).collect())
     }
 }
 

@@ -6,13 +6,13 @@ use nalgebra::DMatrix;
 
 use super::answer::{
     Baseline, Diagnosis, Event, First, Joint, Missing, Moved, Parameter, Refused, Signals, Step, Undecided,
-    Unexplained,
 };
+use super::base::{Base, MOVED};
 use super::ladder::{Ladder, Rung};
 use super::present::rms;
+use super::score::Score;
 use super::signals::Chosen;
 use super::{entry, regions};
-use crate::effects::Effect;
 use crate::error::Result;
 use crate::report::finite;
 
@@ -23,36 +23,6 @@ const MINOR: [f64; 2] = [0.05, 0.01];
 const POOLED: f64 = 0.05;
 /// A cause must explain this part of the worst joint's reducible error.
 const CAUSE: f64 = 0.25;
-/// Parameters that moved by more standard errors than this are listed.
-const MOVED: f64 = 3.0;
-
-/// The starting model and how well it did.
-pub(super) struct Base {
-    pub effects: Vec<Box<dyn Effect>>,
-    pub x: Vec<f64>,
-    pub residual: Vec<Vec<f64>>,
-    names: Vec<(String, &'static str)>,
-}
-
-impl Base {
-    /// Of the model at hand; with the robot file's own inertias, unfitted, when `given`.
-    pub fn of(ladder: &Ladder, given: bool) -> Result<Self> {
-        let effects = ladder.parts.effects();
-        let x = ladder.present.fit(&ladder.data.tau);
-        let (model, x) = ladder.parts.model(&ladder.data.robot, &x)?;
-        let names = model.columns.iter().map(|c| (c.expression.clone(), c.about.unit)).collect();
-        let mut residual = ladder.response.residual.clone();
-        let mut x = x;
-        if given && let Some(base) = &model.base {
-            let data = &ladder.data;
-            x = base.coefficients(&data.robot.inertial_parameters()?);
-            let mut full = x.clone();
-            full.resize(ladder.present.width(), 0.0);
-            residual = ladder.present.residual_of(&data.tau, &full);
-        }
-        Ok(Self { effects, x, residual, names })
-    }
-}
 
 /// An effect that the user asked to add.
 pub(super) struct Added {
@@ -74,23 +44,25 @@ pub(super) struct Telling<'a> {
     pub base: &'a Base,
     pub added: &'a [Added],
     pub auto: bool,
-    pub undecided: Vec<Undecided>,
+    /// The parts' parameters, fitted to all data.
+    pub x: Vec<f64>,
+    pub undecided: &'a [Undecided],
 }
 
 impl Telling<'_> {
-    pub fn tell(self) -> Result<Diagnosis> {
+    pub fn tell(&self) -> Result<Diagnosis> {
         let (missing, minor) = self.missing()?;
         let found = !missing.is_empty() || !minor.is_empty() || !self.ladder.unknown.is_empty();
         Ok(Diagnosis {
             lacuna: env!("CARGO_PKG_VERSION").to_string(),
-            verdict: entry::verdict(found, &self.undecided),
+            verdict: entry::verdict(found, self.undecided),
             signals: self.signals(),
             joints: self.joints(),
             baseline: self.baseline(),
             first: if found { self.first() } else { None },
             missing,
             minor,
-            unexplained: self.unexplained(),
+            unexplained: self.ladder.unexplained().into_iter().map(|(u, _)| u).collect(),
             refused: self.refused(),
             inseparable: super::doubts::inseparable(self.ladder),
             regions: regions::find(&self.ladder.data, &self.base.residual),
@@ -102,7 +74,7 @@ impl Telling<'_> {
             gate: [self.ladder.gates.range().1, self.ladder.gates.flips],
             stop_reason: self.stop_reason(),
             timing: BTreeMap::new(),
-            undecided: self.undecided,
+            undecided: self.undecided.to_vec(),
         })
     }
 
@@ -150,7 +122,7 @@ impl Telling<'_> {
             .collect()
     }
 
-    fn pooled(&self, rms_of: &[f64]) -> Option<f64> {
+    pub fn pooled(&self, rms_of: &[f64]) -> Option<f64> {
         let squares: f64 = rms_of.iter().map(|r| r * r).sum();
         let torque: f64 = self.ladder.data.tau.iter().map(|t| rms(t) * rms(t)).sum();
         finite(100.0 * (squares / torque).sqrt())
@@ -165,24 +137,26 @@ impl Telling<'_> {
             }
         }
         let errors: Vec<f64> = self.base.residual.iter().map(|r| rms(r)).collect();
-        Baseline { effects, held_out_relative_error_percent: self.pooled(&errors) }
+        let fitted = self.base.refit.is_none();
+        Baseline { effects, fitted, held_out_relative_error_percent: self.pooled(&errors) }
     }
 
     /// Reducible squared error of each joint in units of its noise floor.
-    fn excess(&self) -> Vec<f64> {
+    pub fn excess(&self) -> Vec<f64> {
         let floor = &self.ladder.floor.rms;
         let of = |(r, f): (&Vec<f64>, &f64)| ((rms(r) / f) * (rms(r) / f) - 1.0).max(0.0);
-        self.base.residual.iter().zip(floor).map(of).collect()
+        self.ladder.of_moving(self.base.residual.iter().zip(floor).map(of).collect())
     }
 
     fn first(&self) -> Option<First> {
         let excess = self.excess();
         let total: f64 = excess.iter().sum();
         let worst = (0..excess.len()).max_by(|&a, &b| excess[a].total_cmp(&excess[b]))?;
-        let part = |rung: &Rung| {
+        let of = |score: &Score| {
             let floor = self.ladder.floor.rms[worst];
-            rung.score.gain_of_joint[worst] / (floor * floor * self.ladder.data.count() as f64)
+            score.gain_of_joint[worst] / (floor * floor * self.ladder.data.count() as f64)
         };
+        let part = |rung: &Rung| of(&rung.score);
         let cause = self
             .ladder
             .rungs
@@ -190,13 +164,16 @@ impl Telling<'_> {
             .filter(|rung| self.ladder.parts.joint(rung.part).is_none_or(|j| j == worst))
             .filter(|rung| part(rung) >= CAUSE * excess[worst])
             .max_by(|a, b| part(a).total_cmp(&part(b)));
+        let refit = self.base.missing(self.ladder, &self.x).and(self.base.refit.as_ref());
+        let refit = refit.filter(|r| of(&r.score) >= cause.map_or(CAUSE * excess[worst], part));
         Some(First {
             joint: self.name(worst),
             share_of_reducible_percent: 100.0 * excess[worst] / total.max(1e-300),
-            cause: cause
-                .filter(|r| !self.is_formula(r.part))
-                .map_or("unknown", |r| self.ladder.parts.get(r.part).effect.about().name)
-                .to_string(),
+            cause: match (refit, cause.filter(|r| !self.is_formula(r.part))) {
+                (Some(_), _) => "rigid_body".to_string(),
+                (None, Some(rung)) => self.ladder.parts.get(rung.part).effect.about().name.to_string(),
+                (None, None) => "unknown".to_string(),
+            },
         })
     }
 
@@ -208,7 +185,9 @@ impl Telling<'_> {
         let unexplained = self.ladder.excess().into_iter().fold(0.0, f64::max);
         let least = (MINOR[0] * unexplained).max(MINOR[1] * largest);
         let (mut missing, mut minor): (Vec<Missing>, Vec<Missing>) = (Vec::new(), Vec::new());
+        let mut refit = self.base.missing(self.ladder, &self.x);
         for rung in order.into_iter().filter(|r| !self.is_formula(r.part)) {
+            missing.extend(refit.take_if(|(useful, _)| *useful >= rung.usefulness).map(|(_, entry)| entry));
             let entry = self.entry(rung)?;
             let small = rung.usefulness < least && self.pooled_part(rung) < POOLED;
             let list = if small { &mut minor } else { &mut missing };
@@ -217,6 +196,7 @@ impl Telling<'_> {
                 _ => list.push(entry),
             }
         }
+        missing.extend(refit.map(|(_, entry)| entry));
         Ok((missing, minor))
     }
 
@@ -227,7 +207,7 @@ impl Telling<'_> {
         1.0 - with / without.max(1e-300)
     }
 
-    fn entry(&self, rung: &Rung) -> Result<Missing> {
+    pub fn entry(&self, rung: &Rung) -> Result<Missing> {
         let part = self.ladder.parts.get(rung.part);
         let about = part.effect.about();
         let changed = |j: &usize| {
@@ -275,10 +255,9 @@ impl Telling<'_> {
 
     fn parameters(&self, part: usize) -> Result<Vec<Parameter>> {
         let place = self.ladder.parts.place(part);
-        let x = self.ladder.present.fit(&self.ladder.data.tau);
-        let covariance = self.ladder.present.covariance(&self.ladder.data, &x, place.clone());
+        let covariance = self.ladder.present.covariance(&self.ladder.data, &self.x, place.clone());
         let effect = &self.ladder.parts.get(part).effect;
-        let described = effect.describe(&self.ladder.data.robot, &x[place], &covariance)?;
+        let described = effect.describe(&self.ladder.data.robot, &self.x[place], &covariance)?;
         Ok(described
             .into_iter()
             .map(|d| Parameter {
@@ -308,20 +287,6 @@ impl Telling<'_> {
         self.ladder.unknown.iter().any(|u| u.part == Some(part))
     }
 
-    fn unexplained(&self) -> Vec<Unexplained> {
-        let live = self.ladder.parts.numbers();
-        let one = |u: &super::closing::Unknown| Unexplained {
-            joint: self.name(u.joint),
-            depends_on: u.depends_on.clone(),
-            formula: u.part.and_then(|part| self.ladder.written(part)),
-            script: None,
-            z: u.z,
-            gain_percent: 100.0 * u.share,
-            nearest: u.nearest.as_ref().map(|(name, left)| format!("{name}, leaves {:.0} %", 100.0 * left)),
-        };
-        self.ladder.unknown.iter().filter(|u| u.part.is_none_or(|p| live.contains(&p))).map(one).collect()
-    }
-
     fn refused(&self) -> Vec<Refused> {
         let one = |r: &super::ladder::Refusal| Refused {
             effect: r.identity.name.to_string(),
@@ -332,9 +297,9 @@ impl Telling<'_> {
     }
 
     fn moved(&self) -> Result<Vec<Moved>> {
-        let after = self.ladder.present.fit(&self.ladder.data.tau);
+        let after = &self.x;
         let count = self.base.x.len();
-        let covariance: DMatrix<f64> = self.ladder.present.covariance(&self.ladder.data, &after, 0..count);
+        let covariance: DMatrix<f64> = self.ladder.present.covariance(&self.ladder.data, after, 0..count);
         let mut all = Vec::new();
         for (i, (name, unit)) in self.base.names.iter().enumerate() {
             let error = covariance[(i, i)].sqrt();
@@ -361,7 +326,9 @@ impl Telling<'_> {
         let joints = |parts: &[usize]| -> Vec<String> {
             parts.iter().filter_map(|&p| self.ladder.parts.joint(p)).map(|j| self.name(j)).collect()
         };
-        let mut all: Vec<Step> = self.added.iter().map(|a| step(&a.name, joints(&a.parts), &a.rms)).collect();
+        let refit = self.base.refit.as_ref().map(|r| step("rigid_body", Vec::new(), &r.after));
+        let added = self.added.iter().map(|a| step(&a.name, joints(&a.parts), &a.rms));
+        let mut all: Vec<Step> = refit.into_iter().chain(added).collect();
         if self.auto {
             let rungs: Vec<usize> = self.ladder.rungs.iter().map(|r| r.part).collect();
             for (k, &part) in rungs.iter().enumerate() {

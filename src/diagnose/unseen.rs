@@ -1,18 +1,19 @@
 //! Errors on logs that are never fitted.
 
 use super::answer::Validation;
+use super::base::Base;
 use super::data::Data;
 use super::entry::Request;
 use super::ladder::Ladder;
 use super::parts::Parts;
 use super::signals::Chosen;
-use super::telling::Base;
+
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::identify::{Errors, Fit, Weighting, fit, settle, with_model_torque, with_robust_sd};
 use crate::log::Log;
 use crate::model::Model;
-use crate::predict::{predict, prediction_errors};
+use crate::predict::{Prediction, predict, prediction_errors};
 use crate::report::finite;
 use crate::signals::{Run, prepare};
 
@@ -26,19 +27,28 @@ pub(super) fn fitted(data: &Data, effects: Vec<Box<dyn Effect>>) -> Result<(Mode
     Ok((model, found))
 }
 
+/// The data that everything is fitted to, with how they were prepared and the model to start from.
+pub(super) struct Basis<'a> {
+    pub ladder: &'a Ladder,
+    pub chosen: &'a Chosen,
+    pub base: &'a Base,
+}
+
 /// Errors on logs that are never fitted, of the start and of everything that was found.
 pub(super) fn validate(
-    ladder: &Ladder,
-    base: &Base,
-    chosen: &Chosen,
     request: &Request<'_>,
+    basis: &Basis<'_>,
+    after: &Ladder,
+    delay: Option<Box<dyn Effect>>,
 ) -> Result<Option<Validation>> {
     if request.validate.is_empty() {
         return Ok(None);
     }
-    let before = errors(&ladder.data, base.effects.clone(), &request.validate, chosen)?;
-    let after = errors(&ladder.data, ladder.parts.shared_effects(), &request.validate, chosen)?;
-    let names = ladder.data.robot.joints.iter().map(|j| j.name.clone());
+    let data = &basis.ladder.data;
+    let runs = unseen_runs(data, &request.validate, basis.chosen)?;
+    let before = basis.base.errors(basis.ladder, &runs, |effects| errors(data, effects, &runs))?;
+    let after = errors(data, after.parts.shared_effects().into_iter().chain(delay).collect(), &runs)?;
+    let names = data.robot.joints.iter().map(|j| j.name.clone());
     Ok(Some(Validation {
         before_relative_error_percent: finite(before.pooled_percent),
         after_relative_error_percent: finite(after.pooled_percent),
@@ -57,14 +67,35 @@ pub fn unseen_error(request: &Request<'_>) -> Result<Vec<f64>> {
     let data = request.data(&chosen, chosen.runs.clone())?;
     // The parts know the widths of signs that were chosen.
     let parts = Parts::new(&data, request.effects(&chosen), chosen.widths.clone())?;
-    Ok(errors(&data, parts.shared_effects(), &request.validate, &chosen)?.rms)
+    let runs = unseen_runs(&data, &request.validate, &chosen)?;
+    Ok(errors(&data, parts.shared_effects(), &runs)?.rms)
 }
 
-/// Fits `effects` to the data and predicts logs that have no part in it.
-fn errors(data: &Data, effects: Vec<Box<dyn Effect>>, logs: &[Log], chosen: &Chosen) -> Result<Errors> {
+/// Runs of the logs to validate; joints whose torque the data do not have count as measured zero.
+fn unseen_runs(data: &Data, logs: &[Log], chosen: &Chosen) -> Result<Vec<Run>> {
+    let run = |log: &Log| -> Result<Run> {
+        let mut run = prepare(log, &chosen.settings)?.0;
+        for (tau, _) in run.tau.iter_mut().zip(&data.silent).filter(|(_, silent)| **silent) {
+            tau.fill(0.0);
+        }
+        Ok(run)
+    };
+    logs.iter().map(run).collect()
+}
+
+/// Fits `effects` to the data and predicts runs that have no part in it.
+fn errors(data: &Data, effects: Vec<Box<dyn Effect>>, runs: &[Run]) -> Result<Errors> {
     let (model, found) = fitted(data, effects)?;
-    let runs: Vec<Run> =
-        logs.iter().map(|log| Ok(prepare(log, &chosen.settings)?.0)).collect::<Result<_>>()?;
-    let runs = with_model_torque(&model, &found.x, &runs)?;
-    Ok(prediction_errors(&runs, &predict(&model, &runs, &found.x)?))
+    let runs = with_model_torque(&model, &found.x, runs)?;
+    Ok(prediction_errors(&runs, &measured(data, predict(&model, &runs, &found.x)?)))
+}
+
+/// A prediction without joints whose torque was not measured.
+pub(super) fn measured(data: &Data, mut all: Prediction) -> Prediction {
+    for joints in &mut all {
+        for (rows, _) in joints.iter_mut().zip(&data.silent).filter(|(_, silent)| **silent) {
+            rows.fill(0.0);
+        }
+    }
+    all
 }

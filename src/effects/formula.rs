@@ -282,4 +282,8 @@ impl Effect for Formula {
     fn written(&self, robot: &Robot, values: &[f64]) -> Option<String> {
         Some(self.text(robot, values))
     }
+
+    fn as_script(&self, robot: &Robot, values: &[f64], rank: usize) -> Option<String> {
+        Some(self.script(rank, &self.text(robot, values)))
+    }
 }

@@ -13,6 +13,7 @@ mod coulomb_friction;
 mod coupled_friction;
 mod derivative;
 mod formula;
+mod formula_script;
 mod friction_drift;
 mod joint_elasticity;
 mod joint_spring;
@@ -275,6 +276,20 @@ pub trait Effect: Debug + Send + Sync {
 
     /// The effect as a formula with its numbers, where that says more than [`About::equation`].
     fn written(&self, _robot: &Robot, _values: &[f64]) -> Option<String> {
+        None
+    }
+
+    /// What a diagnosis tries of it on a robot: itself, or what it is on each joint alone.
+    ///
+    /// # Errors
+    /// When it does not fit the robot.
+    fn one_by_one(&self, _robot: &Robot) -> Result<Vec<Box<dyn Effect>>> {
+        Ok(vec![self.boxed()])
+    }
+
+    /// The effect as a script that people can read, change and add, where it has one; `rank` counts those of the
+    /// same joint from 0 and keeps their symbols apart.
+    fn as_script(&self, _robot: &Robot, _values: &[f64], _rank: usize) -> Option<String> {
         None
     }
 

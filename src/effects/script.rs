@@ -18,6 +18,7 @@ use crate::text::{self, files};
 pub struct ScriptedEffect {
     written: Written,
     loaded: Option<Arc<EffectScript>>,
+    told: About,
     lowered: Arc<Mutex<Option<Lowered>>>,
     traces: Arc<Traces>,
 }
@@ -75,7 +76,8 @@ impl ScriptedEffect {
     }
 
     fn new(written: Written) -> Result<Self> {
-        let mut effect = Self { written, loaded: None, lowered: Arc::default(), traces: Arc::default() };
+        let (lowered, traces) = (Arc::default(), Arc::default());
+        let mut effect = Self { written, loaded: None, told: Self::ABOUT, lowered, traces };
         if let Some(text) = effect.written.text.clone() {
             effect.read(text)?;
         }
@@ -101,6 +103,7 @@ impl ScriptedEffect {
                 .help("give it a value within the script's limits"));
             }
         }
+        self.told = told(path, &script);
         self.written.text = Some(text);
         self.loaded = Some(Arc::new(script));
         Ok(())
@@ -124,6 +127,24 @@ impl ScriptedEffect {
         shapes.map(|s| self.written.shapes.get(&s.symbol).copied().unwrap_or(s.value)).collect()
     }
 
+    /// Joints it acts on: those named for it, else those that the script says it is meant for.
+    fn joints(&self, robot: &Robot) -> Result<Vec<usize>> {
+        let meant = &self.script()?.about().joints;
+        if self.written.joints != Joints::All || meant.is_empty() {
+            return self.written.joints.indices(robot);
+        }
+        Joints::Only(meant.clone()).indices(robot).map_err(|e| e.in_file(&self.written.path))
+    }
+
+    /// Runs the script for every joint of its own on `robot`.
+    ///
+    /// # Errors
+    /// With file, line and column when it does not stop, returns something else than one number per parameter,
+    /// or names a joint that is not there.
+    pub fn try_on(&self, robot: &Robot) -> Result<()> {
+        self.lowered(robot).map(drop)
+    }
+
     /// What its columns are made of on `robot`, from before where that is known.
     pub(crate) fn lowered(&self, robot: &Robot) -> Result<Lowered> {
         let script = self.script()?;
@@ -131,7 +152,7 @@ impl ScriptedEffect {
         if let Some(known) = kept.as_ref().filter(|known| known.is_for(robot)) {
             return Ok(known.clone());
         }
-        let lowered = Lowered::new(script, robot, self.written.joints.indices(robot)?, &Limits::default())?;
+        let lowered = Lowered::new(script, robot, self.joints(robot)?, &Limits::default())?;
         *kept = Some(lowered.clone());
         Ok(lowered)
     }
@@ -147,14 +168,20 @@ impl TryFrom<Written> for ScriptedEffect {
 
 impl From<ScriptedEffect> for Written {
     fn from(effect: ScriptedEffect) -> Self {
-        effect.written
+        let mut written = effect.written;
+        // With the text at hand the path only gives it a name, and files are not to tell of other folders.
+        if written.text.is_some() && written.path.is_absolute() {
+            written.path = written.path.file_name().map(PathBuf::from).unwrap_or_default();
+        }
+        written
     }
 }
 
 #[typetag::serde(name = "script")]
 impl Effect for ScriptedEffect {
+    /// In its author's words, and by the name of its file, once it is loaded.
     fn about(&self) -> About {
-        Self::ABOUT
+        self.told
     }
 
     fn load(&mut self, folder: &Path) -> Result<()> {
@@ -166,7 +193,7 @@ impl Effect for ScriptedEffect {
     }
 
     fn terms(&self, robot: &Robot) -> Result<Vec<Term>> {
-        let joints = self.written.joints.indices(robot)?;
+        let joints = self.joints(robot)?;
         let terms = |parameter: &EffectParameter| -> Vec<Term> {
             let unit = lasting(&parameter.unit);
             if parameter.common {
@@ -198,6 +225,20 @@ impl Effect for ScriptedEffect {
 
     fn boxed(&self) -> Box<dyn Effect> {
         Box::new(self.clone())
+    }
+
+    /// The effect once per joint, or as one where joints share a parameter.
+    fn one_by_one(&self, robot: &Robot) -> Result<Vec<Box<dyn Effect>>> {
+        if self.script()?.about().parameters.iter().any(|p| p.common) {
+            return Ok(vec![self.boxed()]);
+        }
+        let of = |joint: usize| -> Box<dyn Effect> {
+            let mut one = self.clone();
+            one.written.joints = Joints::Only(vec![robot.joints[joint].name.clone()]);
+            one.lowered = Arc::default();
+            Box::new(one)
+        };
+        Ok(self.joints(robot)?.into_iter().map(of).collect())
     }
 
     fn needs_torque(&self) -> bool {
@@ -250,6 +291,39 @@ impl Effect for ScriptedEffect {
         let lowered = self.lowered(robot).ok()?;
         runs.iter().find_map(|run| lowered.joints.iter().find_map(|part| part.lacks(robot, run)))
     }
+}
+
+/// What the script says about itself, to stand beside the effects that are compiled in.
+fn told(path: &Path, script: &EffectScript) -> About {
+    let about = script.about();
+    let name = path.file_name().map_or("script".into(), |name| name.to_string_lossy());
+    let parameters = about.parameters.iter().map(|p| (&p.symbol, &p.unit, &p.meaning));
+    let shapes = about.shapes.iter().map(|s| (&s.symbol, &s.unit, &s.meaning));
+    About {
+        name: lasting(&name),
+        title: lasting(&about.title),
+        text: lasting(&about.text),
+        equation: lasting(&about.equation),
+        parameters: lasting_list(
+            parameters.chain(shapes).map(|(s, u, m)| (lasting(s), lasting(u), lasting(m))),
+        ),
+        confused_with: lasting(&about.confused_with),
+    }
+}
+
+type Words = (&'static str, &'static str, &'static str);
+
+/// Lists of words last as long as the program; each different one is kept once.
+fn lasting_list(words: impl Iterator<Item = Words>) -> &'static [Words] {
+    static KEPT: Mutex<BTreeSet<&'static [Words]>> = Mutex::new(BTreeSet::new());
+    let words: Vec<Words> = words.collect();
+    let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(known) = kept.get(words.as_slice()) {
+        return known;
+    }
+    let new: &'static [Words] = Box::leak(words.into_boxed_slice());
+    kept.insert(new);
+    new
 }
 
 /// Names of units and symbols last as long as the program; each different one is kept once.

@@ -62,7 +62,10 @@ fn joints(d: &Diagnosis) -> String {
         );
     }
     let pooled = d.baseline.held_out_relative_error_percent.map_or("-".to_string(), |p| format!("{p:.3} %"));
-    text += &format!("  pooled {pooled} with {}\n", d.baseline.effects.join(" + "));
+    let how = if d.baseline.fitted { "" } else { ", with the numbers of the robot file, nothing fitted" };
+    for line in wrap(&format!("pooled {pooled} with {}{how}", d.baseline.effects.join(" + ")), 76) {
+        text += &format!("  {line}\n");
+    }
     text
 }
 
@@ -102,6 +105,10 @@ fn unexplained(d: &Diagnosis) -> String {
         );
         if let Some(formula) = &u.formula {
             text += &format!("      a shape that fits: {formula}\n");
+            text += &match &u.script {
+                Some(file) => format!("      written as an effect script: {file}\n"),
+                None => "      --out DIR writes it as an effect script, ready for --add\n".to_string(),
+            };
         }
         if let Some(nearest) = &u.nearest {
             text += &format!("      nearest known effect: {nearest}\n");

@@ -8,7 +8,9 @@
 //! ```
 
 mod com_outside_sphere;
+mod gas_spring;
 mod random_walk;
 
 pub use com_outside_sphere::ComOutsideSphere;
+pub use gas_spring::GasSpring;
 pub use random_walk::RandomWalk;

@@ -6,9 +6,16 @@ use std::sync::Arc;
 use lacuna::Result;
 use lacuna::conformance;
 use lacuna::constraints::{About, Constraint, LinkSpace};
+use lacuna::effects::{self, Columns, Effect, RigidBody, Stretch, Term};
+use lacuna::excitation::FourierMotion;
 use lacuna::form::{Affine, Body, Form, General};
+use lacuna::identify::{Evidence, Weighting, fit};
+use lacuna::model::Model;
+use lacuna::plant::{Moment, Plant, PlantEffect};
 use lacuna::retrieval::{Problem, RetrievalEngine, Retrieved, Watch};
 use lacuna::robot::Robot;
+use lacuna::signals::{Folds, Run};
+use lacuna::text;
 use serde::{Deserialize, Serialize};
 
 // Nothing else mentions the crate: without this line its plug-ins would not be linked.
@@ -33,6 +40,131 @@ fn the_engine_solves_every_problem_convex_or_not() -> Result<()> {
     let solved = conformance::engine(r#"{"random_walk": ()}"#, 0.02)?;
     assert_eq!(solved, ["simplex", "ball", "matrix", "ring"]);
     Ok(())
+}
+
+fn check_effect(ron: &str) -> Result<()> {
+    conformance::effect(ron, &robot(), Path::new("."), &[])
+}
+
+#[test]
+fn the_effect_keeps_its_promises() -> Result<()> {
+    check_effect(r#"{"gas_spring": (rest: 0.3)}"#)?;
+    check_effect(r#"{"gas_spring": (joints: Only(["joint2"]), rest: -1.0)}"#)?;
+    // What ships keeps them as well, scripts included.
+    check_effect(r#"{"viscous_friction": ()}"#)?;
+    check_effect(r#"{"torque_gain": ()}"#)?;
+    let scripts = Path::new("../..");
+    for script in ["quadratic_friction", "end_stop", "warm_friction"] {
+        let ron = format!(r#"{{"script": (path: "effects/{script}.rhai")}}"#);
+        conformance::effect(&ron, &robot(), scripts, &[])?;
+    }
+    conformance::effect(
+        r#"{"script": (path: "effects/channel_friction.rhai")}"#,
+        &robot(),
+        scripts,
+        &["temperature"],
+    )
+}
+
+/// The last effect's parameters, fitted together with rigid bodies to what a plant measured.
+#[test]
+fn the_effect_takes_part_in_a_fit() -> Result<()> {
+    let (robot, plant) = (robot(), Plant::new(robot())?.with_effect(Pushed));
+    let motion = FourierMotion::random(&robot, 5, 5, 6.0, 0.6)?;
+    let truth = plant.simulate(&motion, 8.0, 1)?.truth;
+    let thin = |c: &[Vec<f64>]| -> Vec<Vec<f64>> {
+        c.iter().map(|c| c.iter().skip(1500).step_by(4).copied().collect()).collect()
+    };
+    let run = Run {
+        dt: 4.0 * (truth.t[1] - truth.t[0]),
+        q: thin(&truth.q),
+        dq: thin(&truth.dq),
+        ddq: thin(&truth.ddq),
+        tau: thin(&truth.tau),
+        ..Run::default()
+    };
+    let spring: Box<dyn Effect> = text::from_ron(r#"{"gas_spring": (joints: Only(["joint1"]), rest: 0.4)}"#)?;
+    let model = Model::new(&robot, vec![Box::new(RigidBody::default()), spring])?;
+    let folds = Folds { fold: vec![0; run.rows().count], count: 1, description: String::new() };
+    let evidence = Evidence::collect(&model, &[run], &folds)?;
+    let found = fit(&model, &evidence, None, Weighting::Ordinary)?;
+    let last = found.x.last().copied().unwrap_or(f64::NAN);
+    assert!((last - 6.0).abs() < 0.05, "{last} N m instead of 6");
+    Ok(())
+}
+
+/// The plant's own spring: 6 N m on joint 1, without lever at 0.4 rad.
+#[derive(Debug, Serialize, Deserialize)]
+struct Pushed;
+
+#[typetag::serde(name = "outsider_pushed")]
+impl PlantEffect for Pushed {
+    fn check(&self, _: usize) -> Result<()> {
+        Ok(())
+    }
+
+    fn add_load(&self, now: &Moment, load: &mut [f64]) {
+        load[0] += 6.0 * (now.q[0] - 0.4).sin();
+    }
+}
+
+/// An effect that breaks one promise.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Wrong {
+    breaks: String,
+}
+
+#[typetag::serde(name = "wrong_effect")]
+impl Effect for Wrong {
+    fn about(&self) -> effects::About {
+        effects::About {
+            name: "wrong_effect",
+            title: "breaks one promise",
+            text: "An effect that is wrong on purpose, to see that the checks notice what is wrong with it.",
+            equation: "tau_j = k dq_j",
+            parameters: &[("k", "N m", "strength")],
+            confused_with: "nothing",
+        }
+    }
+
+    fn terms(&self, _robot: &Robot) -> Result<Vec<Term>> {
+        let term = |j: usize| Term { symbol: format!("k{j}"), unit: "N m", joints: vec![j] };
+        let second = if self.breaks == "symbols" { 0 } else { 1 };
+        Ok(vec![term(0), Term { joints: vec![1], ..term(second) }])
+    }
+
+    fn columns(&self, at: &Stretch<'_>, out: &mut Columns<'_>) -> Result<()> {
+        let other = if self.breaks == "joint" { 0 } else { 1 };
+        out.column(0, 0, |slot| slot.copy_from_slice(at.dq(0)));
+        out.column(1, other, |slot| match self.breaks.as_str() {
+            "cut" => slot[0] = 1.0,
+            "torque" => slot.copy_from_slice(&at.run.tau[1][at.range.clone()]),
+            "number" => slot.fill(f64::NAN),
+            _ => slot.copy_from_slice(at.dq(1)),
+        });
+        Ok(())
+    }
+
+    fn boxed(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}
+
+#[test]
+fn wrong_effects_are_noticed() {
+    let wrong = |breaks: &str| check_effect(&format!(r#"{{"wrong_effect": (breaks: "{breaks}")}}"#));
+    wrong("nothing").expect("nothing is wrong with this one");
+    for (breaks, what) in [
+        ("symbols", "two terms are called `k0`"),
+        ("joint", "which that term does not name"),
+        ("cut", "cut into stretches"),
+        ("torque", "explain itself"),
+        ("number", "no number"),
+    ] {
+        let message = wrong(breaks).expect_err(breaks).to_string();
+        assert!(message.contains(what), "{breaks}: {message}");
+    }
 }
 
 #[test]

@@ -17,6 +17,8 @@ pub struct EffectAbout {
     pub equation: String,
     /// Effects it is easily mistaken for.
     pub confused_with: String,
+    /// Joints it is meant for, by name; all of them where none is named.
+    pub joints: Vec<String>,
     /// Linear parameters, one column each.
     pub parameters: Vec<EffectParameter>,
     /// Numbers that the columns depend on nonlinearly.
@@ -61,7 +63,8 @@ pub struct EffectShape {
     pub trials: Vec<f64>,
 }
 
-const KEYS: [&str; 7] = ["title", "text", "equation", "confused_with", "parameters", "shapes", "memory"];
+const KEYS: [&str; 8] =
+    ["title", "text", "equation", "confused_with", "joints", "parameters", "shapes", "memory"];
 const PARAMETER: [&str; 6] = ["symbol", "unit", "meaning", "min", "max", "common"];
 const SHAPE: [&str; 7] = ["symbol", "unit", "meaning", "value", "min", "max", "trials"];
 
@@ -81,6 +84,7 @@ pub(super) fn read(machine: &Machine, returned: Dynamic) -> Result<EffectAbout> 
         text: fields.text("text")?,
         equation: fields.text("equation")?,
         confused_with: fields.text_or("confused_with", "")?,
+        joints: joints(&mut fields)?,
         parameters: fields
             .list("parameters")?
             .into_iter()
@@ -100,6 +104,13 @@ pub(super) fn read(machine: &Machine, returned: Dynamic) -> Result<EffectAbout> 
         Some(k) => Err(fields.refuse(&format!("the symbol `{}` stands twice", symbols[k]))),
         None => Ok(about),
     }
+}
+
+fn joints(fields: &mut Fields) -> Result<Vec<String>> {
+    let names = fields.list("joints")?.into_iter().map(|name| name.into_string().map_err(|_| ()));
+    names
+        .collect::<Result<_, ()>>()
+        .map_err(|()| fields.refuse("`joints` is a list of names, as in joints: [\"joint2\"]"))
 }
 
 fn parameter(value: Dynamic, place: (usize, usize)) -> Result<EffectParameter> {
