@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use super::answer::{Diagnosis, Undecided, Validation, Verdict};
+use super::answer::{Diagnosis, Undecided, Verdict};
 use super::candidates::{self, Candidate};
 use super::data::Data;
 use super::floor::Floor;
@@ -11,15 +11,15 @@ use super::ladder::Ladder;
 use super::parts::Parts;
 use super::present::Present;
 use super::signals::{Choice, Chosen, plain};
-use super::{Limits, doubts, nested, telling};
+use super::validation::validate;
+use super::{Limits, doubts, nested, pictures, telling};
 
 use crate::effects::{Effect, RigidBody};
 use crate::error::{Error, Result};
-use crate::identify::{Weighting, fit, refresh_model_torque, settle, with_model_torque, with_robust_sd};
+use crate::identify::{Weighting, fit, refresh_model_torque, settle, with_robust_sd};
 use crate::log::Log;
 use crate::model_file::ModelFile;
-use crate::predict::{predict, prediction_errors};
-use crate::report::finite;
+use crate::report::pictures::Pictures;
 use crate::robot::Robot;
 use crate::signals::{Folds, Run, Settings, prepare};
 
@@ -78,6 +78,8 @@ pub struct Outcome {
     pub diagnosis: Diagnosis,
     /// The model, with what was added.
     pub model: ModelFile,
+    /// What pictures of it are drawn from.
+    pub pictures: Pictures,
 }
 
 /// Compares model and measurement and says what is missing.
@@ -120,15 +122,19 @@ pub fn diagnose(request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<Outco
         auto: request.auto,
         undecided: undecided.into_iter().map(|(u, _)| u).collect(),
     };
+    let mut pictures = pictures::of(&ladder, &base, diagnosis.climb());
     let mut diagnosis = diagnosis.tell()?;
     let model = model_file(&ladder, &chosen, &request, &added)?;
     if let Some(until) = request.nested {
         diagnosis.nested = Some(nested::run(&request, &chosen, until, say)?);
     }
-    diagnosis.validation = validate(&ladder, &base, &chosen, &request)?;
+    if let Some((validation, traces)) = validate(&ladder, &base, &chosen, &request)? {
+        diagnosis.validation = Some(validation);
+        pictures.traces.extend(traces);
+    }
     timing.insert("total".to_string(), clock.elapsed().as_secs_f64());
     diagnosis.timing = timing;
-    Ok(Outcome { diagnosis, model })
+    Ok(Outcome { diagnosis, model, pictures })
 }
 
 /// Contacts first; then forward, backward, forward again, until neither changes anything. The threshold is
@@ -203,6 +209,7 @@ pub(super) fn start(
         unknown: Vec::new(),
         events: Vec::new(),
         best_left: 0.0,
+        ranking: Vec::new(),
     };
     ladder.refit()?;
     say("computing the catalogue");
@@ -350,35 +357,6 @@ pub(super) fn fitted(
     let found = fit(&model, &settled.evidence, None, Weighting::Joint)?;
     let found = with_robust_sd(&model, &runs, &settled.evidence, found)?;
     Ok((model, found))
-}
-
-/// Errors on logs that are never fitted, of the start and of everything that was found.
-fn validate(
-    ladder: &Ladder,
-    base: &telling::Base,
-    chosen: &Chosen,
-    request: &Request<'_>,
-) -> Result<Option<Validation>> {
-    if request.validate.is_empty() {
-        return Ok(None);
-    }
-    let mut runs: Vec<Run> = Vec::new();
-    for log in &request.validate {
-        runs.push(prepare(log, &chosen.settings)?.0);
-    }
-    let errors = |effects: Vec<Box<dyn Effect>>| -> Result<_> {
-        let (model, found) = fitted(&ladder.data, effects)?;
-        let runs = with_model_torque(&model, &found.x, &runs)?;
-        Ok(prediction_errors(&runs, &predict(&model, &runs, &found.x)?))
-    };
-    let before = errors(base.effects.clone())?;
-    let after = errors(ladder.parts.shared_effects())?;
-    let names = ladder.data.robot.joints.iter().map(|j| j.name.clone());
-    Ok(Some(Validation {
-        before_relative_error_percent: finite(before.pooled_percent),
-        after_relative_error_percent: finite(after.pooled_percent),
-        rms: names.zip(before.rms.iter().zip(&after.rms).map(|(b, a)| [*b, *a])).collect(),
-    }))
 }
 
 /// Whether a verdict can be given.

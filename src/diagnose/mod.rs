@@ -28,6 +28,7 @@ mod ladder;
 mod nested;
 mod normal;
 mod parts;
+mod pictures;
 mod present;
 mod refine;
 mod regions;
@@ -35,6 +36,7 @@ mod score;
 mod signals;
 mod telling;
 mod unknown;
+mod validation;
 
 pub use answer::{
     Baseline, Diagnosis, Event, First, Inseparable, Joint, Missing, Moved, Nested, Parameter, Refused,

@@ -94,7 +94,7 @@ impl Telling<'_> {
             regions: regions::find(&self.ladder.data, &self.base.residual),
             events: self.events()?,
             moved: self.moved()?,
-            ladder: self.steps(),
+            ladder: self.steps(self.auto),
             validation: None,
             nested: None,
             gate: [self.ladder.gate, self.ladder.flips],
@@ -341,7 +341,12 @@ impl Telling<'_> {
         Ok(all)
     }
 
-    fn steps(&self) -> Vec<Step> {
+    /// The error with everything that was found, one effect after the other.
+    pub fn climb(&self) -> Vec<Step> {
+        self.steps(true)
+    }
+
+    fn steps(&self, found: bool) -> Vec<Step> {
         let step = |effect: &str, joints: Vec<String>, after: &[f64]| Step {
             effect: effect.to_string(),
             joints,
@@ -352,7 +357,7 @@ impl Telling<'_> {
             parts.iter().filter_map(|&p| self.ladder.parts.joint(p)).map(|j| self.name(j)).collect()
         };
         let mut all: Vec<Step> = self.added.iter().map(|a| step(&a.name, joints(&a.parts), &a.rms)).collect();
-        if self.auto {
+        if found {
             let rungs: Vec<usize> = self.ladder.rungs.iter().map(|r| r.part).collect();
             for (k, &part) in rungs.iter().enumerate() {
                 // Fitted again with what stayed in the end, so that the rungs belong to one ladder.

@@ -1,10 +1,12 @@
 //! Results as plain data, in the layout of `report.json`; and as text for people.
 
 mod diagnosis_text;
+pub mod page;
+pub mod pictures;
 mod retrieval_text;
 mod text;
 
-pub use diagnosis_text::diagnosis_text;
+pub use diagnosis_text::{diagnosis_text, verdict};
 pub use text::{render, wrap};
 
 use std::collections::BTreeMap;
