@@ -1,4 +1,4 @@
-//! Time of the search engines on the Panda's two-step problem (70 unknowns, 65 constraints).
+//! Time of the engines on the Panda's two-step problem (70 unknowns, 65 constraints).
 //!
 //! `cargo bench --bench retrieval`
 
@@ -10,7 +10,7 @@ use std::ops::ControlFlow;
 use divan::{Bencher, black_box};
 use lacuna::retrieval::penalty::{Ground, PenaltyEngine, PenaltyForm, Walk};
 use lacuna::retrieval::polish::{Polish, Polisher, Target};
-use lacuna::retrieval::{Problem, RetrievalEngine};
+use lacuna::retrieval::{LmiEngine, Problem, RetrievalEngine};
 use panda_problem::panda_two_step;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -71,4 +71,23 @@ fn engine(bencher: Bencher<'_, '_>, runs: usize) {
     let engine = PenaltyEngine { runs, ..PenaltyEngine::default() };
     bencher
         .bench_local(|| engine.retrieve(black_box(&problem), &|_| ControlFlow::Continue(())).expect("runs"));
+}
+
+/// The semidefinite solver, with the repair of what its rounding violates.
+#[divan::bench(sample_count = 20, sample_size = 1)]
+fn lmi_solver(bencher: Bencher<'_, '_>) {
+    let problem = panda_two_step(1);
+    let engine = LmiEngine::default();
+    bencher
+        .bench_local(|| engine.solve(black_box(&problem), &|_| ControlFlow::Continue(())).expect("solves"));
+}
+
+/// The same with its certificate and the audit.
+#[divan::bench(sample_count = 20, sample_size = 1)]
+fn lmi_engine(bencher: Bencher<'_, '_>) {
+    let problem = panda_two_step(1);
+    let engine = LmiEngine::default();
+    bencher.bench_local(|| {
+        engine.retrieve(black_box(&problem), &|_| ControlFlow::Continue(())).expect("solves")
+    });
 }

@@ -9,7 +9,7 @@ use crate::effects::Effect;
 use crate::error::{Error, Result};
 use crate::identify::parameter_name;
 use crate::model::{Column, Model};
-use crate::robot::Robot;
+use crate::robot::{PARAMETER_UNITS, Robot};
 use crate::signals::Settings;
 use crate::text::{self, names::list};
 
@@ -66,6 +66,32 @@ impl ModelFile {
             signals,
             effects: model.effects.clone(),
             parameters: model.columns.iter().enumerate().map(value).collect(),
+        }
+    }
+
+    /// With parameters of every link, ten each, and those of the other effects.
+    pub fn with_links(
+        robot: &Robot,
+        links: &[f64],
+        effects: Vec<Box<dyn Effect>>,
+        others: Vec<ParameterValue>,
+        signals: Settings,
+        origin: String,
+    ) -> Self {
+        let value = |(i, &value): (usize, &f64)| ParameterValue {
+            symbol: parameter_name(i),
+            value,
+            unit: PARAMETER_UNITS[i % PARAMETER_UNITS.len()].to_string(),
+            standard_error: None,
+            stands_for: None,
+        };
+        Self {
+            lacuna: env!("CARGO_PKG_VERSION").to_string(),
+            robot: robot.name.clone(),
+            origin,
+            signals,
+            effects,
+            parameters: links.iter().enumerate().map(value).chain(others).collect(),
         }
     }
 

@@ -2,6 +2,10 @@
 //!
 //! RON with unknown fields refused; every file it names is relative to the scenario's own folder.
 
+mod published;
+
+pub use published::{Published, PublishedFriction};
+
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -12,7 +16,7 @@ use crate::error::{Error, Result};
 use crate::excitation::{FourierMotion, SinusoidalVelocity};
 use crate::identify::{Search, Weighting};
 use crate::plant::{Controller, PlantEffect, Sensors};
-use crate::retrieval::RetrievalEngine;
+use crate::retrieval::{RetrievalEngine, Slack};
 use crate::signals::{Folds, Rows, Run, Settings};
 use crate::text;
 
@@ -73,6 +77,29 @@ pub struct Scenario {
     /// Engines that retrieve feasible link parameters, all on the same problem; none when empty.
     #[serde(default)]
     pub engines: Vec<Box<dyn RetrievalEngine>>,
+    /// Ranges of all link parameters over everything that is nearly as good as the best; `()` for the usual
+    /// slack. Not computed when not given.
+    #[serde(default)]
+    pub intervals: Option<Slack>,
+    /// Which of many equally good sets of link parameters to take; the best engine's when not given.
+    #[serde(default)]
+    pub choice: Option<Choice>,
+}
+
+/// What decides between equally good sets of link parameters: neither data nor constraints do.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Choice {
+    /// Nearest to the inertias of a robot file, in the log-determinant sense.
+    Nearest {
+        /// URDF or Denavit-Hartenberg file; the scenario's own robot when not given.
+        #[serde(default)]
+        prior: Option<PathBuf>,
+    },
+    /// Mass spread as widely and evenly as possible.
+    Uniform,
+    /// Least mass and least second moment.
+    Smallest,
 }
 
 /// What is minimised when link parameters are retrieved.
@@ -112,7 +139,8 @@ pub enum Poses {
 pub enum Logs {
     /// CSV files.
     Files {
-        /// Logs to fit, looked for beside the scenario and then in the folder that `LACUNA_DATA` names.
+        /// Logs to fit, looked for beside the scenario and then in the folder that `LACUNA_DATA` names; may be
+        /// empty where static poses are identified and logs only validate.
         fit: Vec<PathBuf>,
         /// Logs that are never fitted, only predicted.
         #[serde(default)]
@@ -241,6 +269,9 @@ pub struct FrictionPath {
     /// Coefficients of the frozen rigid part; those of this scenario's static poses when not given.
     #[serde(default)]
     pub coefficients: Option<PathBuf>,
+    /// Published friction parameters to use as they are: nothing is fitted then.
+    #[serde(default)]
+    pub published: Option<PathBuf>,
     /// How the sigmoid is searched.
     #[serde(default)]
     pub search: Search,
@@ -278,7 +309,9 @@ impl Scenario {
         }
         self.check_numbers()?;
         match &self.logs {
-            Some(Logs::Files { fit, .. }) if fit.is_empty() => {
+            Some(Logs::Files { fit, validate, .. })
+                if fit.is_empty() && (validate.is_empty() || self.poses.is_none()) =>
+            {
                 return Err(
                     Error::new("`logs` names no file to fit").help("list at least one CSV under `fit`")
                 );
@@ -319,6 +352,10 @@ impl Scenario {
             return Err(Error::new("`drop_above_percent` is not positive")
                 .help("30.0 is usual; leave it out to keep every coefficient"));
         }
+        if self.intervals.is_some_and(|slack| !slack.is_usable()) {
+            return Err(Error::new("`intervals` needs a slack that is finite and not negative")
+                .help("`intervals: ()` takes a thousandth of the objective"));
+        }
         let Some(Poses::ReadOut { count, noise_percent, .. }) = &self.poses else { return Ok(()) };
         if !(1..=MOST_POSES).contains(count) {
             return Err(Error::new(format!("`count` is {count}"))
@@ -342,69 +379,5 @@ impl Scenario {
                 .help("write for example SamePhase(period_s: 10.0, folds: 8), or leave it out"));
         }
         Ok(())
-    }
-}
-
-/// Coefficients beyond this are refused: they are not meant, and their squares overflow.
-const LARGEST_COEFFICIENT: f64 = 1e12;
-
-/// Coefficients that somebody published, with their source.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Published {
-    /// Where the numbers stand.
-    pub source: String,
-    /// Value of each base parameter by its leading symbol (`Jzz1`, `mx2`).
-    pub coefficients: Vec<(String, f64)>,
-}
-
-impl Published {
-    /// Reads a file of coefficients.
-    ///
-    /// # Errors
-    /// With file, line and column.
-    pub fn open(path: &Path) -> Result<Self> {
-        Self::parse(&text::read(path)?).map_err(|e| e.in_file(path))
-    }
-
-    /// Reads the text of a file of coefficients.
-    ///
-    /// # Errors
-    /// With line and column.
-    pub fn parse(text: &str) -> Result<Self> {
-        let shape = "scenarios/panda_table3.ron shows how coefficients are written";
-        let published: Self = text::from_ron(text).map_err(|e| e.or_help(shape))?;
-        published.check().map_err(|e| text::located(e, text))?;
-        Ok(published)
-    }
-
-    fn check(&self) -> Result<()> {
-        let mut seen = std::collections::BTreeSet::new();
-        for (symbol, value) in &self.coefficients {
-            if !seen.insert(symbol) {
-                return Err(Error::new(format!("`{symbol}` stands twice")).help("keep one of them"));
-            }
-            if value.is_nan() || value.abs() > LARGEST_COEFFICIENT {
-                return Err(Error::new(format!("`{symbol}` is {value}")).help("give a number in SI units"));
-            }
-        }
-        Ok(())
-    }
-
-    /// Values in the order of `base`; coefficients that were not published are 0.
-    ///
-    /// # Errors
-    /// When a symbol does not lead a base parameter of the robot.
-    pub fn values(&self, base: &crate::identify::BaseParameters) -> Result<Vec<f64>> {
-        let names: Vec<String> = base.pivots.iter().map(|&p| crate::identify::parameter_name(p)).collect();
-        let mut values = vec![0.0; names.len()];
-        for (symbol, value) in &self.coefficients {
-            let Some(i) = names.iter().position(|n| n == symbol) else {
-                return Err(Error::new(format!("`{symbol}` does not lead a base parameter of this robot"))
-                    .help(format!("known are {}", names.join(", "))));
-            };
-            values[i] = *value;
-        }
-        Ok(values)
     }
 }

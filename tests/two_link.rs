@@ -46,8 +46,11 @@ fn published() -> Vec<f64> {
 
 /// The retrieval of a shipped scenario, from the exact coefficients of the true parameters.
 fn problem(name: &str, seed: u64) -> Problem {
+    posed(scenario(name), seed)
+}
+
+fn posed(mut scenario: Scenario, seed: u64) -> Problem {
     let robot = robot("two_link.ron");
-    let mut scenario = scenario(name);
     let folder = Path::new("scenarios");
     scenario.constraints.iter_mut().for_each(|c| c.load(folder).expect("its files load"));
     for preset in &scenario.presets {
@@ -71,7 +74,11 @@ fn solve(engine: &dyn RetrievalEngine, problem: &Problem) -> (Vec<f64>, Audit) {
 
 /// One run of the default engine from the random start that belongs to `seed`.
 fn searched(name: &str, seed: u64) -> (Vec<f64>, Audit) {
-    solve(&PenaltyEngine { runs: 1, ..PenaltyEngine::default() }, &problem(name, seed))
+    one_run(&problem(name, seed))
+}
+
+fn one_run(problem: &Problem) -> (Vec<f64>, Audit) {
+    solve(&PenaltyEngine { runs: 1, ..PenaltyEngine::default() }, problem)
 }
 
 #[test]
@@ -218,6 +225,21 @@ fn a_relaxation_leaves_the_l_and_the_search_does_not() {
     let good = (0..10).filter(|&seed| {
         let (_, audit) = searched("l_shape.ron", seed);
         println!("{seed}: {:.2e} {:.0e}", audit.objective, audit.violation);
+        audit.violation <= 0.0 && audit.objective < 1e-6
+    });
+    assert!(good.count() >= 9);
+}
+
+#[test]
+fn an_arm_that_looks_good_and_is_not_is_left_again() {
+    // With the beam 2 cm thinner no centre of mass in it has the true coefficients: it is a trap for searches.
+    let text = std::fs::read_to_string("scenarios/l_shape.ron").expect("it is there");
+    let (thick, thin) = ("[-0.5, -0.05, 0.05], \"second_high\"", "[-0.5, -0.05, 0.07], \"second_high\"");
+    assert_eq!(text.matches(thick).count(), 1);
+    let good = (0..10).filter(|&seed| {
+        let scenario = lacuna::text::from_ron(&text.replace(thick, thin)).expect("reads");
+        let (z, audit) = one_run(&posed(scenario, seed));
+        println!("{seed}: {:.2e} {:.0e} com {:.3?}", audit.objective, audit.violation, &z[11..14]);
         audit.violation <= 0.0 && audit.objective < 1e-6
     });
     assert!(good.count() >= 9);

@@ -10,7 +10,7 @@ use crate::identify::BaseParameters;
 use crate::log::{ColumnMap, Log, StaticPoses};
 use crate::model_file::ModelFile;
 use crate::robot::Robot;
-use crate::scenario::Published;
+use crate::scenario::{Published, PublishedFriction};
 use crate::simulate;
 use crate::text;
 
@@ -50,6 +50,7 @@ fn examine(path: &Path, options: &Options, report: &mut Report) -> Result<()> {
         Kind::ColumnMap => column_map(path, options, report),
         Kind::Model => model(path, options, report),
         Kind::Coefficients => coefficients(path, options, report),
+        Kind::Friction => friction(path, options, report),
         Kind::Constraints => constraints(path, options, report),
         Kind::Experiment => experiment(path, report),
         Kind::Script => script::examine(path, options, report),
@@ -190,6 +191,15 @@ fn model(path: &Path, options: &Options, report: &mut Report) -> Result<()> {
         model.on(&robot).map_err(|e| e.in_file(path))?;
     }
     Ok(())
+}
+
+fn friction(path: &Path, options: &Options, report: &mut Report) -> Result<()> {
+    let published = PublishedFriction::open(path)?;
+    let lines = vec![format!("{} joints; source: {}", published.phi1.len(), published.source)];
+    report.sections.push(Section::wrapped("sigmoid friction", lines));
+    report.next = vec!["in a scenario: friction: (published: \"..\")".into()];
+    let Some(robot) = needed_robot(options, "its joints", report)? else { return Ok(()) };
+    published.parameters(robot.dof()).map(|_| ()).map_err(|e| e.in_file(path))
 }
 
 fn experiment(path: &Path, report: &mut Report) -> Result<()> {

@@ -30,6 +30,8 @@ pub enum Kind {
     Model,
     /// Published coefficients.
     Coefficients,
+    /// Published sigmoid friction.
+    Friction,
     /// List of constraints.
     Constraints,
     /// Script of constraints.
@@ -50,6 +52,7 @@ impl Kind {
             Self::ColumnMap => "a column map",
             Self::Model => "a finished model",
             Self::Coefficients => "published coefficients",
+            Self::Friction => "published sigmoid friction",
             Self::Constraints => "a list of constraints",
             Self::Script => "a script of constraints",
             Self::Experiment => "a plant to simulate",
@@ -61,7 +64,7 @@ impl Kind {
 const HEAD: u64 = 1 << 16;
 
 /// Outermost fields by which RON files are told apart.
-const FIELDS: [(Kind, &[&str]); 6] = [
+const FIELDS: [(Kind, &[&str]); 7] = [
     (Kind::DenavitHartenberg, &["convention", "rows", "gravity", "frames", "angles", "name"]),
     (
         Kind::Scenario,
@@ -81,6 +84,8 @@ const FIELDS: [(Kind, &[&str]); 6] = [
             "constraints",
             "objective",
             "engines",
+            "intervals",
+            "choice",
         ],
     ),
     (
@@ -101,6 +106,7 @@ const FIELDS: [(Kind, &[&str]); 6] = [
     ),
     (Kind::Model, &["lacuna", "robot", "origin", "signals", "effects", "parameters"]),
     (Kind::Coefficients, &["source", "coefficients"]),
+    (Kind::Friction, &["phi1", "phi2", "phi3"]),
     (
         Kind::ColumnMap,
         &[

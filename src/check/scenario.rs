@@ -11,7 +11,7 @@ use crate::identify::Weighting;
 use crate::log::{ColumnMap, StaticPoses};
 use crate::model::Model;
 use crate::robot::Robot;
-use crate::scenario::{HoldOut, Logs, Objective, Poses, Published, Scenario};
+use crate::scenario::{Choice, HoldOut, Logs, Objective, Poses, Published, PublishedFriction, Scenario};
 use crate::signals::{ClockChoice, VelocityFrom};
 use crate::space::Parameter;
 use crate::text;
@@ -65,8 +65,10 @@ fn steps(scenario: &Scenario) -> Vec<String> {
     match &scenario.logs {
         Some(Logs::Files { fit: files, validate, .. }) => {
             let names: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
-            lines.push(format!("{fit} to {}", names.join(", ")));
-            lines.push(held_out(scenario.hold_out));
+            if !names.is_empty() {
+                lines.push(format!("{fit} to {}", names.join(", ")));
+                lines.push(held_out(scenario.hold_out));
+            }
             lines.extend(validate.iter().map(|f| format!("predict {}, never fitted", f.display())));
         }
         Some(Logs::Simulated(s)) => {
@@ -80,11 +82,26 @@ fn steps(scenario: &Scenario) -> Vec<String> {
     }
     if let Some(friction) = &scenario.friction {
         let from = friction.coefficients.as_ref().map_or("the poses".into(), |c| c.display().to_string());
-        lines.push(format!("freeze the rigid part of {from} and fit sigmoid friction to the rest"));
+        lines.push(match &friction.published {
+            None => format!("freeze the rigid part of {from} and fit sigmoid friction to the rest"),
+            Some(file) => format!("take the friction of {} as it is", file.display()),
+        });
     }
     if !scenario.engines.is_empty() {
         lines.push(retrieval(scenario));
     }
+    if scenario.intervals.is_some() {
+        lines
+            .push("find what data and constraints leave open of masses, centres of mass and inertias".into());
+    }
+    lines.extend(scenario.choice.as_ref().map(|choice| match choice {
+        Choice::Uniform => "among equally good answers take the one with mass spread most evenly".into(),
+        Choice::Smallest => "among equally good answers take the smallest".into(),
+        Choice::Nearest { prior } => {
+            let prior = prior.as_ref().map_or("the robot file".into(), |file| file.display().to_string());
+            format!("among equally good answers take the nearest to the inertias of {prior}")
+        }
+    }));
     lines.push("write report.json and model.ron; every random draw follows from its seed".into());
     lines
 }
@@ -175,6 +192,18 @@ impl Look<'_> {
             None => {}
         }
         coefficients.extend(scenario.friction.iter().filter_map(|f| f.coefficients.as_ref()));
+        let published = scenario.friction.as_ref().and_then(|f| f.published.as_ref());
+        if let (Some(file), Some((robot, _))) = (published, robot) {
+            let path = self.folder.join(file);
+            let opened = PublishedFriction::open(&path);
+            let opened = opened.and_then(|f| f.parameters(robot.dof()).map_err(|e| e.in_file(&path)));
+            self.taken(opened);
+        }
+        if let (Some(Choice::Nearest { prior: Some(file) }), Some((robot, _))) = (&scenario.choice, robot) {
+            let path = self.folder.join(file);
+            let prior = Robot::open(&path).and_then(|p| p.prior_for(robot).map_err(|e| e.in_file(&path)));
+            self.taken(prior);
+        }
         coefficients.dedup();
         for file in coefficients {
             self.coefficients(&self.folder.join(file), robot.map(|(r, _)| r));

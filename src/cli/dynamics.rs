@@ -1,8 +1,10 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
+use lacuna::export::Parameters;
 use lacuna::kernels::{Chain, State, Workspace, inverse_dynamics, lagrangian_torque, wrench};
 use lacuna::log::Log;
+use lacuna::model_file::ModelFile;
 use lacuna::robot::Robot;
 use lacuna::{Error, Result};
 
@@ -14,6 +16,10 @@ pub(super) struct Dynamics {
     /// Robot file: URDF, or a Denavit-Hartenberg table in RON.
     #[arg(long, value_name = "FILE")]
     robot: PathBuf,
+    /// Model file (RON) with all link parameters, as a retrieval writes it, to use instead of the robot file's
+    /// inertias. Friction is not part of inverse dynamics.
+    #[arg(long, value_name = "MODEL")]
+    model: Option<PathBuf>,
     /// States (CSV): columns q1..qn, dq1..dqn, ddq1..ddqn, or with joint names.
     #[arg(long, value_name = "CSV")]
     states: PathBuf,
@@ -46,7 +52,14 @@ impl Dynamics {
         if global.json {
             return Err(Error::new("--json: `dynamics` prints CSV").help("leave out --json"));
         }
-        let robot = open_robot(&self.robot, self.gravity.as_deref())?;
+        let mut robot = open_robot(&self.robot, self.gravity.as_deref())?;
+        if let Some(path) = &self.model {
+            let file = ModelFile::open(path)?;
+            let parameters = Parameters::read(&file, &robot).map_err(|e| e.in_file(path))?;
+            for (link, inertia) in robot.links.iter_mut().zip(parameters.links) {
+                link.inertia = Some(inertia);
+            }
+        }
         let massless: Vec<&str> =
             robot.links.iter().filter(|l| l.inertia.is_none()).map(|l| l.name.as_str()).collect();
         if massless.len() == robot.dof() {

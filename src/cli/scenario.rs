@@ -39,6 +39,9 @@ pub(super) fn run(file: &Path, data: Vec<PathBuf>, global: &Global, console: &Co
     if let Some(model) = &outcome.model {
         model.write(&out.join("model.ron"))?;
     }
+    if let Some(identified) = &outcome.identified {
+        identified.write(&out.join("identified.ron"))?;
+    }
     let next = next_steps(file, &out, &outcome, &again);
     if global.json {
         print_json(&outcome.report)?;

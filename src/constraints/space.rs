@@ -3,9 +3,12 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::form::{Affine, Body};
-use crate::retrieval::{Chart, Side};
+use crate::retrieval::{BodyMatrix, Chart, Quantity, Side};
 use crate::robot::{InertialParameters, PARAMETER_NAMES, PARAMETER_UNITS, PARAMETERS_PER_LINK, Robot};
 use crate::space::{Parameter, Space};
+
+/// Below this mass \[kg\] a range of the centre of mass is not asked for: it would be anywhere.
+const LIGHTEST: f64 = 1e-3;
 
 /// Unknowns `z`: the ten [`InertialParameters`] of every link (one group per link, in the order of the
 /// robot's links), then any other linear parameters of the torque (friction), one group.
@@ -68,6 +71,47 @@ impl LinkSpace {
         lower.extend((0..3).map(|axis| self.first_moment(link, axis)));
         lower.push(self.mass(link));
         lower
+    }
+
+    /// What people ask of a link: mass, centre of mass (where the link weighs a gram or more) and
+    /// inertia about the link origin, for every link.
+    pub fn quantities(&self) -> Vec<Quantity> {
+        let axes = ["x", "y", "z"];
+        let mut all = Vec::with_capacity(PARAMETERS_PER_LINK * self.links);
+        let quantity = |name: String, unit: &str, numerator, denominator| Quantity {
+            name,
+            unit: unit.to_string(),
+            numerator,
+            denominator,
+        };
+        for link in 0..self.links {
+            let number = link + 1;
+            all.push(quantity(format!("m{number}"), "kg", self.mass(link), None));
+            for (axis, letter) in axes.iter().enumerate() {
+                let per_mass = Some((self.mass(link), LIGHTEST));
+                all.push(quantity(
+                    format!("c{number}{letter}"),
+                    "m",
+                    self.first_moment(link, axis),
+                    per_mass,
+                ));
+            }
+            for (row, column) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)] {
+                let name = format!("J{}{}{number}", axes[row], axes[column]);
+                all.push(quantity(name, "kg m^2", self.inertia_at_origin(link, row, column), None));
+            }
+        }
+        all
+    }
+
+    /// The links' pseudo-inertias, as tie-breaks compare them.
+    pub fn bodies(&self) -> Vec<BodyMatrix> {
+        let body = |(link, name): (usize, &String)| BodyMatrix {
+            name: name.clone(),
+            size: 4,
+            lower: self.pseudo_inertia(link),
+        };
+        self.names.iter().enumerate().map(body).collect()
     }
 
     /// Inertial parameters of a link at `z`.
@@ -152,6 +196,27 @@ impl Chart for Barycentric {
         p[1..4].copy_from_slice(com.as_slice());
         let entries = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
         p[4..10].iter_mut().zip(entries).for_each(|(slot, at)| *slot = inertia[at]);
+    }
+
+    fn reach(&self) -> Option<Vec<f64>> {
+        let largest: Vec<f64> =
+            self.space.parameters.iter().map(|p| p.lower.abs().max(p.upper.abs())).collect();
+        let mut reach = largest.clone();
+        for (p, z) in largest
+            .chunks_exact(PARAMETERS_PER_LINK)
+            .zip(reach.chunks_exact_mut(PARAMETERS_PER_LINK))
+            .take(self.links)
+        {
+            let com = Vector3::new(p[1], p[2], p[3]);
+            let inertia = Matrix3::new(p[4], p[5], p[6], p[5], p[7], p[8], p[6], p[8], p[9]);
+            let largest = InertialParameters::from_barycentric(p[0], com, inertia);
+            z.copy_from_slice(largest.as_slice());
+            // Products of inertia can add up where they cancel for positive centres of mass.
+            for (k, a, b) in [(5, 0, 1), (6, 0, 2), (8, 1, 2)] {
+                z[k] = inertia[(a, b)] + p[0] * com[a] * com[b];
+            }
+        }
+        Some(reach)
     }
 
     /// Mass; centre of mass as `mc - lower m >= 0`; a diagonal element of the inertia from below, which is

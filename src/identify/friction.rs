@@ -32,6 +32,16 @@ pub struct SigmoidFit {
     pub evaluations: usize,
 }
 
+impl SigmoidFit {
+    /// How well known parameters fit pairs of velocity [rad/s] and remaining torque [N m].
+    pub fn of(parameters: SigmoidParameters, velocity: &[f64], torque: &[f64]) -> Self {
+        let data = Data { velocity, torque };
+        let none = SigmoidParameters { phi1: 0.0, ..parameters };
+        let rms = |p: &SigmoidParameters| data.mean_square(p).sqrt();
+        Self { parameters, rms_without: rms(&none), rms_with: rms(&parameters), evaluations: 0 }
+    }
+}
+
 /// Steepest sigmoid that is looked for [s/rad]; steeper ones are a sign function at any sampled speed.
 pub(crate) const STEEPEST: f64 = 1e4;
 /// Starting steepness and shift, in the spread of the published values (Table I of the supplement).

@@ -38,8 +38,14 @@ pub struct Report {
     pub diagnosis: Option<()>,
     /// Retrieved link parameters, engine by engine; `None` when the study has no engine.
     pub retrievals: Option<Vec<Retrieval>>,
+    /// The robot file's own inertias on the same problem, where it has them.
+    pub given: Option<Retrieval>,
+    /// Constraints that cannot hold together, a smallest set; `None` when there is no contradiction.
+    pub conflict: Option<Vec<String>>,
     /// What data and constraints determine.
     pub intervals: Option<Vec<Interval>>,
+    /// Parameters that the user's rule took among equally good ones.
+    pub chosen: Option<Chosen>,
     /// Retrieved parameters side by side.
     pub comparison: Option<Comparison>,
     /// What deserves attention.
@@ -179,7 +185,7 @@ pub struct Retrieval {
     pub certified_gap_percent: Option<f64>,
     /// `exact`, or `relaxation` where constraints had to be left out of the bound.
     pub bound_is: Option<String>,
-    /// Independent runs.
+    /// Independent runs; 0 for parameters that no engine found.
     pub runs: usize,
     /// Stages of each run.
     pub stages: usize,
@@ -232,13 +238,32 @@ pub struct Interval {
     pub unit: String,
 }
 
+/// Parameters chosen among equally good ones.
+#[derive(Debug, Clone, Serialize)]
+pub struct Chosen {
+    /// The rule, in words.
+    pub rule: String,
+    /// Objective up to which parameters count as equally good.
+    pub largest_objective: f64,
+    /// Parameters whose intervals are open: the rule decided them. Empty when no intervals were asked for.
+    pub decided: Vec<String>,
+    /// The parameters.
+    pub retrieval: Retrieval,
+}
+
 /// Retrieved parameters side by side.
 #[derive(Debug, Clone, Serialize)]
 pub struct Comparison {
+    /// The joints' names, in the robot's order.
+    pub joints: Vec<String>,
     /// Mean squared torque error through Newton-Euler, friction added: label, then joint [(N m)²].
     pub validation_mse: BTreeMap<String, BTreeMap<String, f64>>,
+    /// `100 |residual| / |torque|` over all joints: label.
+    pub relative_error_percent: BTreeMap<String, Option<f64>>,
     /// Which data.
     pub data: String,
+    /// Whether something was fitted to these data: the scenario names no others.
+    pub fitted: bool,
     /// Mean size of the force and of the moment each joint carries: label, then joint [N, N m].
     pub wrenches: BTreeMap<String, BTreeMap<String, [f64; 2]>>,
 }

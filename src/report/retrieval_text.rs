@@ -2,18 +2,55 @@
 
 use std::fmt::Write;
 
-use super::{Comparison, Retrieval};
+use super::{Chosen, Comparison, Interval, Report, Retrieval, wrap};
 
 /// Active constraints that are listed per engine.
 const LISTED: usize = 8;
+/// Widest joint name that is not cut.
+const NAME: usize = 22;
+/// Widest label that is not cut.
+const WIDEST: usize = 13;
 
-/// Engine by engine: objective, bound, feasibility; then masses side by side and torque errors.
-pub(super) fn retrieved(text: &mut String, all: &[Retrieval], comparison: Option<&Comparison>) {
+/// Engine by engine: objective, bound, feasibility; then link parameters side by side, what holds them back,
+/// what is open, torque errors and joint wrenches.
+pub(super) fn retrieved(text: &mut String, report: &Report) {
+    let Some(engines) = &report.retrievals else { return };
     text.push_str("\nfeasible link parameters\n");
+    if let Some(conflict) = &report.conflict {
+        contradiction(text, conflict);
+        return;
+    }
+    let chosen = report.chosen.as_ref().map(|c| &c.retrieval);
+    let all: Vec<&Retrieval> = report.given.iter().chain(engines).chain(chosen).collect();
+    let width = all.iter().map(|r| r.label.chars().count()).max().unwrap_or(0).clamp(6, WIDEST);
+    objectives(text, &all, width);
+    if let Some(chosen) = &report.chosen {
+        decided(text, chosen);
+    }
+    links(text, &all);
+    all.iter().for_each(|r| active(text, r));
+    if let Some(intervals) = &report.intervals {
+        open(text, intervals);
+    }
+    if let Some(comparison) = &report.comparison {
+        let labels: Vec<&str> = all.iter().map(|r| r.label.as_str()).collect();
+        errors(text, comparison, &labels);
+        wrenches(text, comparison, &labels);
+    }
+}
+
+fn contradiction(text: &mut String, conflict: &[String]) {
+    text.push_str("  no parameters satisfy these constraints together:\n");
+    for line in conflict.iter().flat_map(|label| wrap(label, 74)) {
+        let _ = writeln!(text, "    {line}");
+    }
+    text.push_str("  dropping any one of them makes the others possible\n");
+}
+
+fn objectives(text: &mut String, all: &[&Retrieval], width: usize) {
     if let Some(first) = all.first() {
         let _ = writeln!(text, "  objective: {}", first.objective_unit);
     }
-    let width = all.iter().map(|r| r.label.chars().count()).max().unwrap_or(0).clamp(6, 20);
     let _ = writeln!(
         text,
         "  {:width$}  {:>12}  {:>12}  {:>9}  {:>9}",
@@ -27,7 +64,7 @@ pub(super) fn retrieved(text: &mut String, all: &[Retrieval], comparison: Option
         };
         let _ = writeln!(
             text,
-            "  {:width$}  {:>12.6e}  {:>12}  {:>9}  {:>9}",
+            "  {:width$.width$}  {:>12.6e}  {:>12}  {:>9}  {:>9}",
             r.label,
             r.objective,
             r.lower_bound.map_or("-".to_string(), |b| format!("{b:.6e}")),
@@ -36,54 +73,140 @@ pub(super) fn retrieved(text: &mut String, all: &[Retrieval], comparison: Option
         );
     }
     if all.iter().any(|r| r.bound_is.as_deref() == Some("relaxation")) {
-        text.push_str("  the bound is that of the convex relaxation; what it leaves out is audited\n");
-    }
-    masses(text, all, width);
-    for r in all {
-        active(text, r);
-    }
-    if let Some(comparison) = comparison {
-        errors(text, comparison, width);
+        text.push_str("  the bound is that of the convex relaxation: the optimum may lie above it\n");
     }
 }
 
-fn masses(text: &mut String, all: &[Retrieval], width: usize) {
-    let Some(first) = all.first() else { return };
-    let _ = write!(text, "\n  {:width$}", "mass [kg]");
-    let shown = first.links.len().min(7);
-    for link in &first.links[..shown] {
-        let name: String = link.name.chars().take(8).collect();
-        let _ = write!(text, " {name:>8}");
+fn decided(text: &mut String, chosen: &Chosen) {
+    let open = match chosen.decided.len() {
+        0 => String::new(),
+        count => format!(": {count} parameters that data and constraints leave open"),
+    };
+    let rule = format!(
+        "chosen: {}, among all with an objective up to {:.6e}. The choice decided, not the data{open}.",
+        chosen.rule, chosen.largest_objective
+    );
+    for line in wrap(&rule, 76) {
+        let _ = writeln!(text, "  {line}");
     }
-    text.push('\n');
-    for r in all {
-        let _ = write!(text, "  {:width$}", r.label);
-        for link in &r.links[..shown] {
-            let _ = write!(text, " {:>8.3}", link.mass);
+}
+
+/// Mass, centre of mass and inertia about it, link by link.
+fn links(text: &mut String, all: &[&Retrieval]) {
+    let Some(first) = all.first() else { return };
+    text.push_str("\n  mass [kg], centre of mass [mm], inertia about it [1e-3 kg m^2]\n");
+    for (i, link) in first.links.iter().enumerate() {
+        let _ = write!(text, "  {:8.8}", link.name);
+        for name in ["m", "cx", "cy", "cz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"] {
+            let _ = write!(text, "{name:>7}");
         }
         text.push('\n');
+        for r in all {
+            let link = &r.links[i];
+            let _ = write!(text, "  {:8.8}{:>7}", r.label, narrow(link.mass, 3));
+            for axis in 0..3 {
+                let com = link.com.map_or("-".to_string(), |com| narrow(1e3 * com[axis], 1));
+                let _ = write!(text, "{com:>7}");
+            }
+            for element in link.inertia {
+                let _ = write!(text, "{:>7}", narrow(1e3 * element, 2));
+            }
+            text.push('\n');
+        }
     }
-    text.push_str("  many sets are equally good: data and constraints decide only in part\n");
+    text.push('\n');
+}
+
+/// At most `digits` decimals, fewer where six characters would not do; nothing is written as 0, not as -0.
+fn narrow(value: f64, digits: usize) -> String {
+    let written = |digits: usize| {
+        let text = format!("{value:.digits$}");
+        match text.strip_prefix('-') {
+            Some(plain) if plain.bytes().all(|b| b == b'0' || b == b'.') => plain.to_string(),
+            _ => text,
+        }
+    };
+    (0..=digits).rev().map(written).find(|text| text.len() <= 6).unwrap_or_else(|| written(0))
 }
 
 fn active(text: &mut String, r: &Retrieval) {
     let held: Vec<&str> = r.constraints.iter().filter(|c| c.active).map(|c| c.label.as_str()).collect();
     let _ = writeln!(text, "  {}: {} of {} constraints active", r.label, held.len(), r.constraints.len());
-    for label in held.iter().take(LISTED) {
-        let _ = writeln!(text, "    {label}");
+    for line in held.iter().take(LISTED).flat_map(|label| wrap(label, 74)) {
+        let _ = writeln!(text, "    {line}");
     }
     if held.len() > LISTED {
         let _ = writeln!(text, "    and {} more, in report.json", held.len() - LISTED);
     }
 }
 
-fn errors(text: &mut String, comparison: &Comparison, width: usize) {
-    let _ = writeln!(text, "\n  mean squared torque error [(N m)^2] on {}", comparison.data);
-    for (label, joints) in &comparison.validation_mse {
-        let _ = write!(text, "  {label:width$}");
-        for value in joints.values().take(7) {
-            let _ = write!(text, " {value:>8.4}");
+/// Masses [kg] and centres of mass [mm], one line per link; inertias stand in the JSON.
+fn open(text: &mut String, intervals: &[Interval]) {
+    text.push_str("\n  what data and constraints allow (inertias: in report.json)\n");
+    let end = |value: Option<f64>, factor: f64, digits: usize| {
+        value.map_or("open".to_string(), |v| narrow(factor * v, digits))
+    };
+    let shown: Vec<&Interval> = intervals.iter().filter(|i| !i.parameter.starts_with('J')).collect();
+    for link in shown.chunks(4) {
+        text.push_str("  ");
+        for (k, i) in link.iter().enumerate() {
+            let (factor, digits) = if k == 0 { (1.0, 3) } else { (1e3, 0) };
+            let (low, high) = (end(i.low, factor, digits), end(i.high, factor, digits));
+            let _ = write!(text, "{} [{low}, {high}]{}", i.parameter, if k == 0 { " kg  " } else { " " });
         }
-        text.push('\n');
+        text.push_str("mm\n");
     }
+}
+
+/// Mean squared torque error, one line per joint, one column per set of parameters.
+fn errors(text: &mut String, comparison: &Comparison, labels: &[&str]) {
+    let how = if comparison.fitted { "fitted" } else { "never fitted" };
+    text.push('\n');
+    let title = format!("mean squared torque error [(N m)^2] on {} ({how})", comparison.data);
+    for line in wrap(&title, 78) {
+        let _ = writeln!(text, "  {line}");
+    }
+    let cell = |label: &str, joint: &str| Some(*comparison.validation_mse.get(label)?.get(joint)?);
+    let pooled = |label: &str| *comparison.relative_error_percent.get(label)?;
+    by_joint(text, &comparison.joints, labels, &cell, Some(("all [%]", &pooled)));
+}
+
+fn wrenches(text: &mut String, comparison: &Comparison, labels: &[&str]) {
+    for (which, name) in ["force [N]", "moment [N m]"].into_iter().enumerate() {
+        let _ = writeln!(text, "\n  mean {name} that each joint carries");
+        let cell = |label: &str, joint: &str| Some(comparison.wrenches.get(label)?.get(joint)?[which]);
+        by_joint(text, &comparison.joints, labels, &cell, None);
+    }
+}
+
+/// A number of a set of parameters, where there is one.
+type OfSet<'a> = &'a dyn Fn(&str) -> Option<f64>;
+
+/// A line per joint, a column per set of parameters; below them a line for all joints, if any.
+fn by_joint(
+    text: &mut String,
+    joints: &[String],
+    labels: &[&str],
+    cell: &dyn Fn(&str, &str) -> Option<f64>,
+    all: Option<(&str, OfSet<'_>)>,
+) {
+    let names = joints.iter().map(String::as_str).chain(all.map(|(name, _)| name));
+    let width = names.map(|n| n.chars().count()).max().unwrap_or(0).clamp(6, NAME);
+    let written = |value: Option<f64>| value.map_or("-".to_string(), short);
+    for labels in labels.chunks(((80 - 2 - width) / (WIDEST + 1)).max(1)) {
+        let mut line = |name: &str, value: &dyn Fn(&str) -> String| {
+            let cells: String = labels.iter().map(|l| format!(" {:>WIDEST$.WIDEST$}", value(l))).collect();
+            let _ = writeln!(text, "  {name:width$.width$}{cells}");
+        };
+        line("joint", &str::to_string);
+        joints.iter().for_each(|joint| line(joint, &|label| written(cell(label, joint))));
+        if let Some((name, value)) = all {
+            line(name, &|label| written(value(label)));
+        }
+    }
+}
+
+/// Four decimals where that says something.
+fn short(value: f64) -> String {
+    if value.abs() >= 1e-3 { narrow(value, 4) } else { format!("{value:.2e}") }
 }

@@ -20,9 +20,7 @@ pub fn render(report: &Report) -> String {
     if !report.friction.is_empty() {
         friction(&mut text, &report.friction);
     }
-    if let Some(retrievals) = &report.retrievals {
-        retrieved(&mut text, retrievals, report.comparison.as_ref());
-    }
+    retrieved(&mut text, report);
     if !report.warnings.is_empty() {
         text += "\nwarnings\n";
         for warning in &report.warnings {

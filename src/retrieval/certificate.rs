@@ -190,15 +190,23 @@ fn transposed_product(r: &DMatrix<f64>, w: &DVector<f64>) -> (DVector<f64>, DVec
     (sums(false), sums(true))
 }
 
-/// Least squares with `rᵀ`, whatever its rank, from the triangle of `[rᵀ; e 1]`.
+/// Least squares with `rᵀ`, whatever its rank, from the triangle of `[rᵀ; e 1]`. How exact they are decides
+/// only how good the bound is: it holds for any vectors.
 struct Rows {
+    /// Orthonormal columns that span those of `r`, where `r` is tall; then the rest works with their factor.
+    frame: Option<DMatrix<f64>>,
     qr: nalgebra::QR<f64, nalgebra::Dyn, nalgebra::Dyn>,
+    rows: usize,
     columns: usize,
     damping: f64,
 }
 
 impl Rows {
     fn new(r: &DMatrix<f64>) -> Self {
+        if r.nrows() > r.ncols() {
+            let qr = r.clone().qr();
+            return Self { frame: Some(qr.q()), ..Self::new(&qr.r()) };
+        }
         let (m, n) = r.shape();
         let size = r.norm();
         let damping = UNSEEN * if size > 0.0 { size } else { 1.0 };
@@ -211,31 +219,28 @@ impl Rows {
                 0.0
             }
         });
-        Self { qr: stacked.qr(), columns: n, damping }
+        Self { frame: None, qr: stacked.qr(), rows: m, columns: n, damping }
     }
 
-    fn solve(&self, mut right: DVector<f64>) -> DVector<f64> {
-        let m = right.len() - self.columns;
+    fn solve(&self, right: impl Fn(usize) -> f64) -> DVector<f64> {
+        let mut right = DVector::from_fn(self.rows + self.columns, |i, _| right(i));
         self.qr.q_tr_mul(&mut right);
-        self.qr.r().solve_upper_triangular(&right.rows(0, m)).unwrap_or_else(|| DVector::zeros(m))
+        let solved = self.qr.r().solve_upper_triangular(&right.rows(0, self.rows).into_owned());
+        solved.unwrap_or_else(|| DVector::zeros(self.rows))
     }
 
     /// The smallest `w` with `2 rᵀw` nearest to `g`.
     fn least_squares(&self, g: &DVector<f64>) -> DVector<f64> {
-        let m = self.qr.r().ncols();
-        let part = |g: &DVector<f64>| {
-            self.solve(DVector::from_fn(
-                self.columns + m,
-                |i, _| if i < self.columns { 0.5 * g[i] } else { 0.0 },
-            ))
-        };
-        part(g)
+        let w = self.solve(|i| if i < self.columns { 0.5 * g[i] } else { 0.0 });
+        self.frame.as_ref().map_or_else(|| w.clone(), |frame| frame * &w)
     }
 
     /// The part of `d` that no `r z` reaches.
     fn out_of_reach(&self, d: &DVector<f64>) -> DVector<f64> {
-        let right = |i: usize, _| if i < self.columns { 0.0 } else { self.damping * d[i - self.columns] };
-        self.solve(DVector::from_fn(self.columns + d.len(), right))
+        let inside = self.frame.as_ref().map_or_else(|| d.clone(), |frame| frame.tr_mul(d));
+        let apart =
+            self.solve(|i| if i < self.columns { 0.0 } else { self.damping * inside[i - self.columns] });
+        self.frame.as_ref().map_or_else(|| apart.clone(), |frame| d - frame * (&inside - &apart))
     }
 }
 

@@ -61,6 +61,8 @@ impl Default for Effort {
 pub(super) enum Ending {
     /// To tolerance.
     Solved,
+    /// To a reduced tolerance of 5e-5.
+    Nearly,
     /// No point satisfies the rows.
     Infeasible,
     /// The cost falls without bound.
@@ -92,6 +94,19 @@ impl Program {
     pub fn unknown(&mut self) -> usize {
         self.unknowns += 1;
         self.unknowns - 1
+    }
+
+    /// Makes every row homogeneous: its constant becomes the factor of this unknown.
+    pub fn homogenise(&mut self, unknown: usize) {
+        for row in self.blocks.iter_mut().flat_map(|block| &mut block.rows) {
+            let constant = std::mem::take(&mut row.constant);
+            row.terms.push((unknown, constant));
+        }
+    }
+
+    /// Number of blocks so far: the index of the next one.
+    pub fn blocks(&self) -> usize {
+        self.blocks.len()
     }
 
     pub fn zero(&mut self, row: Affine) {
@@ -142,8 +157,9 @@ impl Program {
             duals: layout.duals(self, &solution.z),
             ending: match solution.status {
                 SolverStatus::Solved => Ending::Solved,
-                SolverStatus::PrimalInfeasible => Ending::Infeasible,
-                SolverStatus::DualInfeasible => Ending::Unbounded,
+                SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => Ending::Infeasible,
+                SolverStatus::DualInfeasible | SolverStatus::AlmostDualInfeasible => Ending::Unbounded,
+                SolverStatus::AlmostSolved => Ending::Nearly,
                 SolverStatus::CallbackTerminated => Ending::Stopped,
                 _ => Ending::Early,
             },

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::certificate::{lower_bound, taken};
 use super::cone::{Effort, Ending, Outcome, Program};
+use super::conflict::conflict;
 use super::{FEASIBLE, Multiplier, Problem, Quadratic, RetrievalEngine, Retrieved, Step, Watch};
 use crate::error::{Error, Result};
 use crate::form::{Affine, Body, Form};
@@ -33,7 +34,7 @@ pub struct LmiEngine {
 
 impl Default for LmiEngine {
     fn default() -> Self {
-        Self { label: None, tolerance: 1e-10, iterations: 200, margin: 1e-8 }
+        Self { label: None, tolerance: 1e-10, iterations: 200, margin: 1e-9 }
     }
 }
 
@@ -64,19 +65,29 @@ impl LmiEngine {
         self.check()?;
         let forms = taken(&problem.forms);
         let mut margin = self.margin;
-        let mut outcome = self.attempt(problem, &forms, margin, watch)?;
+        let (mut outcome, mut places) = self.attempt(problem, &forms, margin, watch)?;
         if outcome.ending == Ending::Infeasible && margin > 0.0 {
             margin = 0.0;
-            outcome = self.attempt(problem, &forms, margin, watch)?;
+            (outcome, places) = self.attempt(problem, &forms, margin, watch)?;
         }
         if outcome.ending == Ending::Infeasible {
-            return Err(contradiction(problem.space.len(), &forms)?);
+            return Err(match conflict(problem.space.len(), &problem.forms)? {
+                Some(conflict) => conflict.into_error(),
+                None => Error::new(format!("engine `lmi`: the solver ended with {}", outcome.status))
+                    .help("the constraints leave hardly any room: widen the narrowest of them"),
+            });
         }
         let mut z = outcome.x[..problem.space.len()].to_vec();
+        if z.iter().any(|v| !v.is_finite()) {
+            return Err(Error::new(format!("engine `lmi`: the solver broke down ({})", outcome.status))
+                .help(
+                    "bring the numbers of objective and constraints to similar sizes, or loosen `tolerance`",
+                ));
+        }
         repair(&mut z, &forms)?;
         Ok(LmiSolution {
             z,
-            multipliers: multipliers(&forms, &outcome.duals[1..]),
+            multipliers: multipliers(&forms, &places, &outcome.duals),
             status: outcome.status,
             iterations: outcome.iterations,
             stopped: outcome.ending == Ending::Stopped,
@@ -91,15 +102,21 @@ impl LmiEngine {
             return Ok(());
         }
         Err(Error::new("engine `lmi`: `tolerance` and `margin` lie below 1 and are not negative, `tolerance` and `iterations` not 0")
-            .help("leave them out: tolerance 1e-10, margin 1e-8, 200 iterations"))
+            .help("leave them out: tolerance 1e-10, margin 1e-9, 200 iterations"))
     }
 
-    fn attempt(&self, problem: &Problem, forms: &[&Form], margin: f64, watch: &Watch<'_>) -> Result<Outcome> {
+    fn attempt(
+        &self,
+        problem: &Problem,
+        forms: &[&Form],
+        margin: f64,
+        watch: &Watch<'_>,
+    ) -> Result<(Outcome, Vec<Place>)> {
         let mut program = Program::new(problem.space.len());
         let distance = program.unknown();
         program.cost = vec![(distance, 1.0)];
         misfit(&mut program, &problem.objective, Affine::variable(distance));
-        constrain(&mut program, forms, &Affine::constant(margin));
+        let places = constrain(&mut program, forms, &Affine::constant(margin));
         let mut tell = |iteration: u32| {
             let done = f64::from(iteration) / USUAL_ITERATIONS;
             let unknown = f64::INFINITY;
@@ -107,7 +124,7 @@ impl LmiEngine {
             watch(&step) == ControlFlow::Continue(())
         };
         let effort = Effort { tolerance: self.tolerance, iterations: self.iterations };
-        program.solve(effort, Some(&mut tell))
+        Ok((program.solve(effort, Some(&mut tell))?, places))
     }
 }
 
@@ -134,11 +151,16 @@ impl RetrievalEngine for LmiEngine {
         let audit = super::audit(problem, &solution.z);
         // Nothing is left to stop.
         let _ = watch(&Step { done: 1.0, objective: audit.objective, violation: audit.violation });
+        let within = if certificate.within_search_bounds {
+            "; the forms leave some unknowns open, so the bound holds within the search bounds"
+        } else {
+            ""
+        };
         Ok(Retrieved {
             runs: 1,
             stages: 1,
             evaluations: u64::from(solution.iterations),
-            status: format!("{} after {} iterations", solution.status, solution.iterations),
+            status: format!("{} after {} iterations{within}", solution.status, solution.iterations),
             stopped: solution.stopped,
             lower_bound: Some(certificate.lower_bound),
             z: solution.z,
@@ -146,15 +168,20 @@ impl RetrievalEngine for LmiEngine {
     }
 }
 
-/// `|r z - d| <= bound` with both sides divided by `|d|`: the bound is a part of the data's size.
+/// `|r z - d| <= bound` with both sides divided by the data's size: the bound is a part of it.
 pub(super) fn misfit(program: &mut Program, objective: &Quadratic, bound: Affine) {
+    program.second_order(bound, misfit_rows(objective));
+}
+
+/// `r z - d`, divided by the data's size.
+pub(super) fn misfit_rows(objective: &Quadratic) -> Vec<Affine> {
     let scale = misfit_scale(objective);
     let row = |k: usize| {
         let r = objective.r.row(k);
         let terms = r.iter().enumerate().filter(|(_, f)| f.abs() > 0.0).map(|(i, f)| (i, f / scale));
         Affine { terms: terms.collect(), constant: -objective.d[k] / scale }
     };
-    program.second_order(bound, (0..objective.d.len()).map(row).collect());
+    (0..objective.d.len()).map(row).collect()
 }
 
 /// Size of the data, in which misfits are measured.
@@ -163,17 +190,40 @@ pub(super) fn misfit_scale(objective: &Quadratic) -> f64 {
     if size > 0.0 { size } else { 1.0 }
 }
 
+/// Where the solver's dual of a form stands.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    /// Number of the block.
+    pub block: usize,
+    /// An equality's dual is free: this sign of it belongs to the form. `None`: the whole dual does.
+    sign: Option<f64>,
+}
+
 /// All forms, each with `margin` times its scale to spare; pairs that make an equality have none to spare.
-pub(super) fn constrain(program: &mut Program, forms: &[&Form], margin: &Affine) {
+/// Where each one's dual will stand.
+pub(super) fn constrain(program: &mut Program, forms: &[&Form], margin: &Affine) -> Vec<Place> {
     let partner = equalities(forms);
+    let mut places: Vec<Place> = Vec::with_capacity(forms.len());
     for (i, form) in forms.iter().enumerate() {
-        match (&form.body, partner[i]) {
-            (Body::Affine(row), Some(_)) => program.zero(row.clone()),
+        let block = program.blocks();
+        let place = match (&form.body, partner[i]) {
+            // The other side of an equality that is there already; counted once if repeated.
+            (_, Some(other)) if other < i => {
+                let first = partner[other] == Some(i);
+                Place { block: places[other].block, sign: Some(if first { -1.0 } else { 0.0 }) }
+            }
+            (Body::Affine(row), Some(_)) => {
+                program.zero(row.clone());
+                Place { block, sign: Some(1.0) }
+            }
             _ => {
                 program.form(form, margin);
+                Place { block, sign: None }
             }
-        }
+        };
+        places.push(place);
     }
+    places
 }
 
 /// For every form the one that is its negative, so that both together are an equality.
@@ -202,13 +252,14 @@ pub(super) fn equalities(forms: &[&Form]) -> Vec<Option<usize>> {
 }
 
 /// The solver's duals, one per form: an equality's free multiplier falls to the side that it presses on.
-fn multipliers(forms: &[&Form], duals: &[Vec<f64>]) -> Vec<Multiplier> {
-    let partner = equalities(forms);
-    let values = |i: usize| match partner[i] {
-        Some(_) => vec![duals[i][0].max(0.0)],
-        None => duals[i].clone(),
+fn multipliers(forms: &[&Form], places: &[Place], duals: &[Vec<f64>]) -> Vec<Multiplier> {
+    let values = |place: &Place| {
+        let dual = &duals[place.block];
+        place.sign.map_or_else(|| dual.clone(), |sign| vec![(sign * dual[0]).max(0.0)])
     };
-    forms.iter().enumerate().map(|(i, f)| Multiplier { label: f.label.clone(), values: values(i) }).collect()
+    let of =
+        |(form, place): (&&Form, &Place)| Multiplier { label: form.label.clone(), values: values(place) };
+    forms.iter().zip(places).map(of).collect()
 }
 
 /// The point deepest inside all forms: maximises the least scaled margin, up to 1. `None` when there is none
@@ -231,7 +282,7 @@ pub(super) fn interior(
 
 /// Moves a point that rounding left outside towards the inside, as little as makes it feasible. Margins of
 /// convex forms are concave, so the way is a straight line.
-fn repair(z: &mut [f64], forms: &[&Form]) -> Result<()> {
+pub(super) fn repair(z: &mut [f64], forms: &[&Form]) -> Result<()> {
     let worst = |z: &[f64]| forms.iter().map(|f| f.violation(z)).fold(0.0, f64::max);
     let outside = worst(z);
     if outside <= 0.5 * FEASIBLE || outside.is_infinite() {
@@ -250,27 +301,4 @@ fn repair(z: &mut [f64], forms: &[&Form]) -> Result<()> {
     }
     z.copy_from_slice(&start);
     Ok(())
-}
-
-/// Names a smallest conflicting set: dropping any of its members makes the rest possible.
-fn contradiction(unknowns: usize, forms: &[&Form]) -> Result<Error> {
-    let impossible = |forms: &[&Form]| -> Result<bool> {
-        let mut program = Program::new(unknowns);
-        constrain(&mut program, forms, &Affine::constant(0.0));
-        Ok(program.solve(Effort::default(), None)?.ending == Ending::Infeasible)
-    };
-    let mut core: Vec<&Form> = forms.to_vec();
-    let mut next = 0;
-    while next < core.len() {
-        let mut fewer = core.clone();
-        fewer.remove(next);
-        if impossible(&fewer)? {
-            core = fewer;
-        } else {
-            next += 1;
-        }
-    }
-    let names: Vec<String> = core.iter().map(|f| format!("`{}`", f.label)).collect();
-    Ok(Error::new(format!("no parameters satisfy these constraints together: {}", names.join(", ")))
-        .help("loosen or remove one of them; dropping any one makes the others possible"))
 }

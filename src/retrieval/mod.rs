@@ -2,21 +2,28 @@
 //! objective and forms; nothing here knows robots, data or effects.
 
 mod audit;
+mod barrier;
 pub mod catalogue;
 pub mod certificate;
 mod chart;
 pub mod checkpoint;
 mod cone;
+mod conflict;
+mod intervals;
 mod lmi;
 pub mod nlopt;
 mod objective;
 pub mod penalty;
 pub mod polish;
+mod prior;
 
 pub use audit::{Audit, ConstraintAudit, FEASIBLE, audit};
 pub use chart::{Chart, Identity, Side};
+pub use conflict::{Conflict, conflict};
+pub use intervals::{Interval, Quantity, Slack, intervals};
 pub use lmi::{LmiEngine, LmiSolution};
 pub use objective::Quadratic;
+pub use prior::{BodyMatrix, Chosen, TieBreak, choose};
 
 use std::fmt::Debug;
 use std::ops::ControlFlow;
@@ -103,11 +110,14 @@ pub trait RetrievalEngine: Debug + Send + Sync {
     }
 
     /// Whether it takes this form; asked for every form before it starts. What it does not take is left
-    /// out of its problem (implied forms are used instead) and shows in the audit.
+    /// out of its problem (implied forms are used instead) and shows in the audit. Engines that search take
+    /// every form.
     ///
     /// # Errors
     /// With the reason, for people.
-    fn accepts(&self, form: &Form) -> Result<(), String>;
+    fn accepts(&self, _form: &Form) -> Result<(), String> {
+        Ok(())
+    }
 
     /// Where finished parts of its work are kept from now on; engines that are done at once need nothing.
     fn set_checkpoint(&mut self, _checkpoint: Option<checkpoint::Checkpoint>) {}

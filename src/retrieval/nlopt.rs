@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 use super::checkpoint::Checkpoint;
 use super::{Problem, RetrievalEngine, Retrieved, Watch};
 use crate::error::{Error, Result};
-use crate::form::Form;
 
 /// Which solver of NLopt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -65,10 +64,6 @@ impl RetrievalEngine for NloptEngine {
         ))
     }
 
-    fn accepts(&self, _form: &Form) -> Result<(), String> {
-        Ok(())
-    }
-
     fn set_checkpoint(&mut self, checkpoint: Option<Checkpoint>) {
         self.checkpoint = checkpoint;
     }
@@ -93,12 +88,11 @@ mod solve {
     use super::{NloptAlgorithm, NloptEngine};
     use crate::error::Result;
     use crate::random::Stream;
-    use crate::retrieval::checkpoint::{Origin, Outcome};
+    use crate::retrieval::checkpoint::Outcome;
     use crate::retrieval::penalty::PenaltyForm;
     use crate::retrieval::penalty::runs::{self, Monitor, Plan, better, judge, random_start};
     use crate::retrieval::polish::Target;
-    use crate::retrieval::{Problem, RetrievalEngine, Retrieved, Watch};
-    use crate::text;
+    use crate::retrieval::{Problem, Retrieved, Watch};
 
     /// Scaled margin that constraints are held to, so that the solver's own rounding does not violate them.
     const MARGIN: f64 = 1e-8;
@@ -109,16 +103,7 @@ mod solve {
     const REACHED: f64 = -2.0;
 
     pub(super) fn retrieve(engine: &NloptEngine, problem: &Problem, watch: &Watch<'_>) -> Result<Retrieved> {
-        runs::check(problem, engine.runs, 1)?;
-        let plan = Plan {
-            problem,
-            label: engine.label(),
-            runs: engine.runs,
-            stages: 1,
-            origin: Origin::new(engine.name(), text::to_ron(engine)?, problem),
-            checkpoint: engine.checkpoint.as_ref(),
-            watch,
-        };
+        let plan = Plan::new(engine, (engine.runs, 1), engine.checkpoint.as_ref(), problem, watch)?;
         runs::all(&plan, |stream, monitor| run(engine, problem, stream, monitor))?.best()
     }
 
@@ -190,12 +175,7 @@ mod solve {
                 || solver
                     .add_inequality_mconstraint(problem.forms.len(), constraints, (), &tolerances)
                     .is_ok());
-        let mut x = units.scaled(&start);
-        if ready {
-            // Rounding may end it with an error at the optimum; the point is judged either way.
-            let _ = solver.optimize(&mut x);
-        }
-        (units.coordinates(&x), count.get())
+        (ended(solver, ready, &units, &start), count.get())
     }
 
     fn simplex(
@@ -217,11 +197,18 @@ mod solve {
         };
         let n = start.len();
         let mut solver = Nlopt::new(Algorithm::Sbplx, n, objective, Goal::Minimize, ());
-        let mut x = units.scaled(&start);
-        if prepare(&mut solver, n, engine.evaluations.unwrap_or(200_000)) {
+        let ready = prepare(&mut solver, n, engine.evaluations.unwrap_or(200_000));
+        (ended(solver, ready, &units, &start), count.get())
+    }
+
+    /// Runs a solver from `start`, if it is ready; the search coordinates where it ended.
+    fn ended<F: ObjFn<()>>(solver: Nlopt<F, ()>, ready: bool, units: &Units<'_>, start: &[f64]) -> Vec<f64> {
+        let mut x = units.scaled(start);
+        if ready {
+            // Rounding may end it with an error at the optimum; the point is judged either way.
             let _ = solver.optimize(&mut x);
         }
-        (units.coordinates(&x), count.get())
+        units.coordinates(&x)
     }
 
     /// Bounds and limits; `false` when the solver refuses one.

@@ -228,6 +228,19 @@ impl Robot {
         Ok(all)
     }
 
+    /// Stacked inertial parameters of all links, as a prior for those of `other`, link by link.
+    ///
+    /// # Errors
+    /// When a link has none, or the two robots differ in their number of links.
+    pub fn prior_for(&self, other: &Self) -> Result<Vec<f64>> {
+        if self.dof() != other.dof() {
+            let (own, wanted) = (self.dof(), other.dof());
+            return Err(Error::new(format!("`{}` has {own} moving links, not {wanted}", self.name))
+                .help("take the prior from a file of the same robot"));
+        }
+        self.inertial_parameters()
+    }
+
     /// Stacked inertial parameters of all links, where a link without any counts as massless: what
     /// the URDF specification says about a link without `<inertial>`.
     pub fn inertial_parameters_or_zero(&self) -> Vec<f64> {

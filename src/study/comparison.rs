@@ -1,72 +1,101 @@
-//! Retrieved parameters side by side: torque error and joint wrenches through Newton-Euler.
+//! Link parameters side by side: torque error and joint wrenches through Newton-Euler.
 
 use std::collections::BTreeMap;
 
 use crate::effects::SigmoidParameters;
+use crate::error::Result;
+use crate::identify::Errors;
 use crate::kernels::{Chain, Samples, State, Workspace, inverse_dynamics, inverse_dynamics_batch, wrench};
-use crate::report::{Comparison, FrictionResult};
+use crate::model::Model;
+use crate::predict::{predict, prediction_errors};
+use crate::report::{Comparison, FrictionResult, finite};
 use crate::signals::Run;
 
 use super::Study;
-use super::moving::FromLogs;
-use super::retrieval::FromEngines;
+use super::moving::Gathered;
+use super::retrieval::{Candidate, FromEngines, rigid_first};
 
 /// Wrenches are averaged over about this many samples.
 const WRENCH_SAMPLES: usize = 500;
 
 impl Study<'_> {
-    /// Torque error of every engine's parameters on the logs of the study; `None` without logs.
+    /// Torque error of all candidates, on the logs that were never fitted where there are such; `None`
+    /// without logs.
     ///
-    /// Friction is that of the friction path where the study has it, else that of the fitted model.
+    /// Friction is that which was retrieved along, else that of the friction path, else that of the fitted
+    /// model.
     pub(super) fn compare(
         &self,
         engines: &FromEngines,
-        moving: Option<&FromLogs>,
+        logs: &Gathered,
         friction: &[FrictionResult],
-    ) -> Option<Comparison> {
-        let moving = moving?;
+    ) -> Result<Option<Comparison>> {
+        let (runs, fitted) = logs.to_compare();
+        if runs.is_empty() || engines.candidates.is_empty() {
+            return Ok(None);
+        }
         let chain = Chain::new(&self.robot);
         let names: Vec<String> = self.robot.joints.iter().map(|j| j.name.clone()).collect();
-        let links = 10 * engines.space.links;
-        let (mut mse, mut wrenches) = (BTreeMap::new(), BTreeMap::new());
-        for (label, z) in &engines.found {
-            let squares =
-                mean_squares(&chain, moving, &z[..links], |j, v| joint_friction(friction, &names[j], v));
-            mse.insert(label.clone(), names.iter().cloned().zip(squares).collect());
-            let sizes = mean_wrenches(&chain, &moving.runs, &z[..links]);
-            wrenches.insert(label.clone(), names.iter().cloned().zip(sizes).collect());
+        let named = |values: Vec<f64>| names.iter().cloned().zip(values).collect();
+        let data: Vec<&str> = runs.iter().map(|r| r.name.as_str()).collect();
+        let mut all = Comparison {
+            joints: names.clone(),
+            validation_mse: BTreeMap::new(),
+            relative_error_percent: BTreeMap::new(),
+            data: data.join(", "),
+            fitted,
+            wrenches: BTreeMap::new(),
+        };
+        for candidate in &engines.candidates {
+            let Candidate { label, links, .. } = candidate;
+            let errors = match &logs.fitted {
+                Some(fitted) if friction.is_empty() || !candidate.others.is_empty() => {
+                    let x = parameters(&fitted.fitted, &fitted.x, candidate);
+                    prediction_errors(runs, &predict(&fitted.fitted, runs, &x)?)
+                }
+                _ => errors(&chain, runs, links, |j, v| sigmoid(friction, &names[j]).torque(v)),
+            };
+            let squares = errors.rms.iter().map(|rms| rms * rms).collect();
+            all.validation_mse.insert(label.clone(), named(squares));
+            all.relative_error_percent.insert(label.clone(), finite(errors.pooled_percent));
+            let sizes = mean_wrenches(&chain, runs, links);
+            all.wrenches.insert(label.clone(), names.iter().cloned().zip(sizes).collect());
         }
-        let data: Vec<&str> = moving.runs.iter().map(|r| r.name.as_str()).collect();
-        Some(Comparison { validation_mse: mse, data: format!("{} (fitted)", data.join(", ")), wrenches })
+        Ok(Some(all))
     }
 }
 
-fn joint_friction(friction: &[FrictionResult], joint: &str, velocity: f64) -> f64 {
-    let Some(found) = friction.iter().find(|f| f.joint == joint) else { return 0.0 };
-    let value = |name: &str| found.parameters.iter().find(|p| p.name == name).map_or(0.0, |p| p.value);
-    SigmoidParameters { phi1: value("phi1"), phi2: value("phi2"), phi3: value("phi3") }.torque(velocity)
+/// The columns of a fitted model for a candidate: its links, and what was retrieved along or else fitted.
+fn parameters(model: &Model, fitted: &[f64], candidate: &Candidate) -> Vec<f64> {
+    let (order, rank) = rigid_first(model);
+    let mut x = fitted.to_vec();
+    let coefficients = model.base.as_ref().map_or(Vec::new(), |base| base.coefficients(&candidate.links));
+    let columns = order[..rank].iter().zip(&coefficients).chain(order[rank..].iter().zip(&candidate.others));
+    columns.for_each(|(&column, &value)| x[column] = value);
+    x
 }
 
-/// Mean squared torque error of each joint [(N m)²].
-fn mean_squares(
-    chain: &Chain,
-    moving: &FromLogs,
-    links: &[f64],
-    friction: impl Fn(usize, f64) -> f64,
-) -> Vec<f64> {
-    let mut sums = vec![(0.0, 0_usize); chain.dof()];
-    for run in &moving.runs {
+/// Friction of a joint from the friction path; none where it has none.
+fn sigmoid(path: &[FrictionResult], joint: &str) -> SigmoidParameters {
+    let found = path.iter().find(|f| f.joint == joint);
+    let value = |name: &str| {
+        found.and_then(|f| f.parameters.iter().find(|p| p.name == name)).map_or(0.0, |p| p.value)
+    };
+    SigmoidParameters { phi1: value("phi1"), phi2: value("phi2"), phi3: value("phi3") }
+}
+
+/// Torque error of links and friction.
+fn errors(chain: &Chain, runs: &[Run], links: &[f64], friction: impl Fn(usize, f64) -> f64) -> Errors {
+    let torque = |run: &Run| -> Vec<Vec<f64>> {
         let samples = Samples { q: &run.q, dq: &run.dq, ddq: &run.ddq };
-        let rigid = inverse_dynamics_batch(chain, samples, links);
-        for (j, (sum, torque)) in sums.iter_mut().zip(rigid).enumerate() {
-            let model: Vec<f64> = torque.iter().zip(&run.dq[j]).map(|(t, &v)| t + friction(j, v)).collect();
-            for (measured, model) in run.to_rows(&run.tau[j]).iter().zip(run.to_rows(&model).iter()) {
-                sum.0 += (measured - model) * (measured - model);
-                sum.1 += 1;
-            }
-        }
-    }
-    sums.into_iter().map(|(squares, rows)| squares / rows.max(1) as f64).collect()
+        let rigid = inverse_dynamics_batch(chain, samples, links).into_iter().enumerate();
+        let joint = |(j, rigid): (usize, Vec<f64>)| {
+            let all: Vec<f64> = rigid.iter().zip(&run.dq[j]).map(|(t, &v)| t + friction(j, v)).collect();
+            run.to_rows(&all).into_owned()
+        };
+        rigid.map(joint).collect()
+    };
+    prediction_errors(runs, &runs.iter().map(torque).collect())
 }
 
 /// Mean size of force and moment that each joint carries [N, N m].

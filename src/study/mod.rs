@@ -1,7 +1,9 @@
 //! From a scenario to a report: the only place that knows the order of the steps.
 
 mod comparison;
+mod finished;
 mod friction;
+mod leeway;
 mod moving;
 mod retrieval;
 mod statics;
@@ -22,6 +24,8 @@ use crate::retrieval::{Step, Watch};
 use crate::robot::Robot;
 use crate::scenario::{Logs, Published, Scenario};
 use crate::text;
+
+use leeway::Leeway;
 
 /// What the caller may add to a scenario.
 pub struct Options<'a> {
@@ -53,8 +57,11 @@ fn go_on(_: &Step) -> ControlFlow<()> {
 pub struct Outcome {
     /// The results.
     pub report: Report,
-    /// The identified model.
+    /// The finished model: retrieved link parameters where the study retrieved feasible ones, else the
+    /// identified coefficients.
     pub model: Option<ModelFile>,
+    /// The identified coefficients, where `model` has retrieved ones.
+    pub identified: Option<ModelFile>,
     /// Whether an engine was asked to stop; what it had found by then stands in the report.
     pub stopped: bool,
 }
@@ -140,17 +147,31 @@ impl<'a> Study<'a> {
 impl Study<'_> {
     fn all(mut self, name: String) -> Result<Outcome> {
         let poses = self.timed("static identification", Self::identify_from_poses)?;
-        let moving = self.timed("identification from logs", Self::identify_from_logs)?;
-        let friction = match &moving {
-            Some(moving) => self.timed("friction path", |s| s.friction_path(moving, poses.as_ref()))?,
-            None => Vec::new(),
+        let logs = self.timed("identification from logs", Self::identify_from_logs)?;
+        let friction = self.timed("friction path", |s| s.friction_path(logs.to_fit(), poses.as_ref()))?;
+        let moving = logs.fitted.as_ref();
+        let mut engines = self.timed("retrieval", |s| s.retrieve(poses.as_ref(), moving))?;
+        let leeway = match &mut engines {
+            Some(engines) if !self.stopped => self.timed("leeway", |s| s.leeway(engines))?,
+            _ => Leeway::default(),
         };
-        let engines = self.timed("retrieval", |s| s.retrieve(poses.as_ref(), moving.as_ref()))?;
-        let comparison = engines.as_ref().and_then(|e| self.compare(e, moving.as_ref(), &friction));
-        let static_model = poses.as_ref().map(|p| &p.model);
-        let model = moving.as_ref().map(|m| &m.model).or(static_model).cloned();
+        let comparison = match &engines {
+            Some(engines) => self.compare(engines, &logs, &friction)?,
+            None => None,
+        };
+        let retrieved = match &engines {
+            Some(engines) => self.retrieved_model(engines, moving, poses.as_ref(), &friction)?,
+            None => None,
+        };
+        let identified = moving.map(|m| &m.model).or(poses.as_ref().map(|p| &p.model)).cloned();
+        let (model, identified) = match retrieved {
+            Some(model) => (Some(model), identified),
+            None => (identified, None),
+        };
         let identifications: Vec<_> =
-            poses.into_iter().map(|p| p.report).chain(moving.into_iter().map(|m| m.report)).collect();
+            poses.into_iter().map(|p| p.report).chain(logs.fitted.map(|m| m.report)).collect();
+        let conflict = engines.as_ref().and_then(|e| e.conflict.clone());
+        let given = engines.as_ref().and_then(|e| e.given.clone());
         let report = Report {
             lacuna: env!("CARGO_PKG_VERSION").to_string(),
             seed: self.seed,
@@ -161,12 +182,15 @@ impl Study<'_> {
             friction,
             diagnosis: None,
             retrievals: engines.map(|e| e.reports),
-            intervals: None,
+            given,
+            conflict: conflict.map(|c| c.constraints),
+            intervals: leeway.intervals,
+            chosen: leeway.chosen,
             comparison,
             warnings: self.warnings,
             timing: self.timing,
         };
-        Ok(Outcome { report, model, stopped: self.stopped })
+        Ok(Outcome { report, model, identified, stopped: self.stopped })
     }
 
     fn timed<T>(&mut self, step: &str, work: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {

@@ -20,13 +20,37 @@ use crate::simulate;
 
 use super::{Study, too_few_rows};
 
-/// What the logs gave.
+/// What all logs gave.
+#[derive(Default)]
+pub(super) struct Gathered {
+    /// The identification, where there are logs to fit.
+    pub fitted: Option<FromLogs>,
+    /// Logs that are only predicted.
+    pub held: Vec<Run>,
+}
+
+impl Gathered {
+    /// What models are compared on, and whether it was fitted: the logs that were not, where there are any.
+    pub fn to_compare(&self) -> (&[Run], bool) {
+        let runs = self.fitted.as_ref().map_or(&[][..], |fitted| &fitted.runs);
+        if self.held.is_empty() { (runs, true) } else { (&self.held, false) }
+    }
+
+    /// What friction is fitted to.
+    pub fn to_fit(&self) -> &[Run] {
+        self.fitted.as_ref().map_or(&self.held, |fitted| &fitted.runs)
+    }
+}
+
+/// What the fitted logs gave.
 pub(super) struct FromLogs {
     pub report: Identification,
     pub model: ModelFile,
     pub runs: Vec<Run>,
     /// The fitted model, for what comes after.
     pub fitted: Model,
+    /// Its parameters.
+    pub x: Vec<f64>,
     /// Everything least squares knows of the logs.
     pub evidence: Evidence,
 }
@@ -38,9 +62,15 @@ struct Prepared {
 }
 
 impl Study<'_> {
-    pub(super) fn identify_from_logs(&mut self) -> Result<Option<FromLogs>> {
-        let Some((fitted, validated)) = self.logs()? else { return Ok(None) };
-        let mut data = self.prepare_all(&fitted)?;
+    pub(super) fn identify_from_logs(&mut self) -> Result<Gathered> {
+        let Some((fitted, validated)) = self.logs()? else { return Ok(Gathered::default()) };
+        let held = self.prepare_all(&validated)?.runs;
+        let fitted = if fitted.is_empty() { None } else { Some(self.identify_from(&fitted, &held)?) };
+        Ok(Gathered { fitted, held })
+    }
+
+    fn identify_from(&mut self, logs: &[Log], held: &[Run]) -> Result<FromLogs> {
+        let mut data = self.prepare_all(logs)?;
         let model = Model::new(&self.robot, self.scenario.effects.clone())?;
         self.say(&format!("fitting {} parameters", model.columns.len()));
         let folds = self.scenario.hold_out.folds(&data.runs)?;
@@ -57,11 +87,11 @@ impl Study<'_> {
         self.warn_of_fit(&model, &fitted);
         let mut report = self.moving_report(&model, &fitted, &out, &data)?;
         report.split = Some(folds.description.clone());
-        report.validation = self.validate(&model, &fitted, &validated)?;
+        report.validation = validate(&model, &fitted, held)?;
         let origin = format!("logs: {}", data.names.join(", "));
         let file =
             ModelFile::new(&model, &fitted.x, &fitted.robust_sd, self.scenario.signals.clone(), origin);
-        Ok(Some(FromLogs { report, model: file, runs: data.runs, fitted: model, evidence }))
+        Ok(FromLogs { report, model: file, runs: data.runs, fitted: model, x: fitted.x, evidence })
     }
 
     /// Logs to fit and logs to predict.
@@ -165,22 +195,21 @@ impl Study<'_> {
             validation: Vec::new(),
         })
     }
+}
 
-    /// Predicts logs that were never fitted.
-    fn validate(&mut self, model: &Model, fit: &Fit, logs: &[Log]) -> Result<Vec<Validation>> {
-        let names: Vec<String> = model.robot.joints.iter().map(|j| j.name.clone()).collect();
-        let mut all = Vec::new();
-        for log in logs {
-            let runs = self.prepare_all(std::slice::from_ref(log))?.runs;
-            let errors = prediction_errors(&runs, &predict(model, &runs, &fit.x)?);
-            all.push(Validation {
-                data: log.name.clone(),
-                relative_error_percent: errors.pooled_percent,
-                joints: joint_errors(&names, &errors, None),
-            });
-        }
-        Ok(all)
-    }
+/// Predicts runs that were never fitted.
+fn validate(model: &Model, fit: &Fit, held: &[Run]) -> Result<Vec<Validation>> {
+    let names: Vec<String> = model.robot.joints.iter().map(|j| j.name.clone()).collect();
+    let one = |run: &Run| {
+        let runs = std::slice::from_ref(run);
+        let errors = prediction_errors(runs, &predict(model, runs, &fit.x)?);
+        Ok(Validation {
+            data: run.name.clone(),
+            relative_error_percent: errors.pooled_percent,
+            joints: joint_errors(&names, &errors, None),
+        })
+    };
+    held.iter().map(one).collect()
 }
 
 fn not_there(file: &Path, missing: Option<&str>) -> Error {

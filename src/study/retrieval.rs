@@ -6,10 +6,13 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::constraints::{LinkSpace, forms, search_space};
 use crate::error::{Error, Result};
+use crate::form::Form;
 use crate::identify::BaseParameters;
 use crate::linalg::Triangle;
+use crate::model::Model;
 use crate::report::{Identification, LinkParameters, NamedValue, Retrieval, finite};
-use crate::retrieval::{Problem, Quadratic, RetrievalEngine, Retrieved, audit};
+use crate::retrieval::{Conflict, Problem, Quadratic, RetrievalEngine, Retrieved, audit, conflict};
+use crate::robot::PARAMETERS_PER_LINK;
 use crate::scenario::Objective;
 use crate::space::Parameter;
 
@@ -17,12 +20,51 @@ use super::Study;
 use super::moving::FromLogs;
 use super::statics::FromPoses;
 
+/// Label of the robot file's own inertias.
+const GIVEN: &str = "given";
+/// Label of parameters that the user's rule took among equally good ones.
+pub(super) const CHOSEN: &str = "chosen";
+
 /// What the engines gave.
 pub(super) struct FromEngines {
     pub space: LinkSpace,
-    /// Label and unknowns of every engine.
-    pub found: Vec<(String, Vec<f64>)>,
+    /// What was solved; `None` where nothing could be.
+    pub problem: Option<Problem>,
+    /// All sets of parameters worth comparing: the robot file's own, every engine's, the chosen one.
+    pub candidates: Vec<Candidate>,
+    pub given: Option<Retrieval>,
     pub reports: Vec<Retrieval>,
+    pub conflict: Option<Conflict>,
+}
+
+/// A set of parameters.
+pub(super) struct Candidate {
+    pub label: String,
+    /// Ten per link.
+    pub links: Vec<f64>,
+    /// What was retrieved along: parameters of the model's other columns, in order.
+    pub others: Vec<f64>,
+}
+
+impl Candidate {
+    pub fn new(label: &str, space: &LinkSpace, z: &[f64]) -> Self {
+        let (links, others) = z.split_at(PARAMETERS_PER_LINK * space.links);
+        Self { label: label.to_string(), links: links.to_vec(), others: others.to_vec() }
+    }
+
+    /// Whether the user's rule took it.
+    pub fn is_chosen(&self) -> bool {
+        self.label == CHOSEN
+    }
+}
+
+/// A certified bound on the objective.
+#[derive(Clone, Copy)]
+pub(super) struct Bound {
+    value: f64,
+    /// Whether it is that of the problem itself: nothing was left out, or what was left out holds at the
+    /// answer all the same, which is then optimal for the whole problem.
+    exact: bool,
 }
 
 impl Study<'_> {
@@ -37,22 +79,21 @@ impl Study<'_> {
         }
         let mut engines = std::mem::take(&mut self.scenario.engines);
         self.make_ready(&mut engines)?;
-        let (space, problem) = self.problem(poses, moving)?;
+        let (space, objective) = match self.scenario.objective {
+            Objective::Coefficients => self.coefficient_distance(poses, moving)?,
+            Objective::Torque => self.torque_error(moving)?,
+        };
+        if let Some(choice) = &self.scenario.choice {
+            // Found out now, not after the engines' work.
+            self.rule(choice, &space)?;
+        }
+        let forms = forms(&self.robot, &space, &self.scenario.constraints)?;
+        if let Some(conflict) = conflict(space.space.len(), &forms)? {
+            return Ok(Some(FromEngines::nothing(space, conflict)));
+        }
+        let problem = self.problem(&space, objective, forms)?;
         let results = self.run_engines(&engines, &problem)?;
-        let bound = results
-            .iter()
-            .filter_map(|(_, r)| r.lower_bound)
-            .fold(None, |best: Option<f64>, b| Some(best.map_or(b, |x| x.max(b))));
-        let exact = problem.forms.iter().all(|form| form.is_convex());
-        let reports = engines
-            .iter()
-            .zip(&results)
-            .map(|(engine, (label, found))| {
-                report(engine.name(), label, &space, &problem, found, bound, exact)
-            })
-            .collect();
-        let found = results.into_iter().map(|(label, r)| (label, r.z)).collect();
-        Ok(Some(FromEngines { space, found, reports }))
+        Ok(Some(self.judged(space, problem, &engines, &results)))
     }
 
     /// Whether the engines can run, found out before the first one does.
@@ -63,6 +104,10 @@ impl Study<'_> {
             if !labels.insert(engine.label().to_string()) {
                 return Err(Error::new(format!("two engines are called `{}`", engine.label()))
                     .help("give each a `label` of its own"));
+            }
+            if [GIVEN, CHOSEN].contains(&engine.label()) {
+                return Err(Error::new(format!("`{}` is a name of reports", engine.label()))
+                    .help("give the engine another `label`"));
             }
             engine.set_checkpoint(self.checkpoint.clone());
         }
@@ -106,23 +151,40 @@ impl Study<'_> {
         Ok(results)
     }
 
-    fn problem(
-        &mut self,
-        poses: Option<&FromPoses>,
-        moving: Option<&FromLogs>,
-    ) -> Result<(LinkSpace, Problem)> {
-        let (space, objective) = match self.scenario.objective {
-            Objective::Coefficients => self.coefficient_distance(poses, moving)?,
-            Objective::Torque => self.torque_error(moving)?,
-        };
-        let forms = forms(&self.robot, &space, &self.scenario.constraints)?;
-        let search = search_space(&self.robot, &space, &self.scenario.constraints)?;
+    /// All results by the one audit, the robot file's own inertias among them.
+    fn judged(
+        &self,
+        space: LinkSpace,
+        problem: Problem,
+        engines: &[Box<dyn RetrievalEngine>],
+        results: &[(String, Retrieved)],
+    ) -> FromEngines {
+        let bound = bound(&problem, results);
+        let rows = engines.iter().zip(results).map(|(engine, (label, found))| {
+            let (runs, stages) = (found.runs, found.stages);
+            Retrieval {
+                runs,
+                stages,
+                ..judge((engine.name(), label, &found.status), &space, &problem, &found.z, bound)
+            }
+        });
+        let reports = rows.collect();
+        let own = self.robot.inertial_parameters().ok().filter(|own| own.len() == space.space.len());
+        let about = ("given", GIVEN, "not retrieved: the inertias of the robot file");
+        let given = own.as_ref().map(|own| judge(about, &space, &problem, own, bound));
+        let candidates =
+            own.iter().map(|own| (GIVEN, own)).chain(results.iter().map(|(l, r)| (l.as_str(), &r.z)));
+        let candidates = candidates.map(|(label, z)| Candidate::new(label, &space, z)).collect();
+        FromEngines { space, problem: Some(problem), candidates, given, reports, conflict: None }
+    }
+
+    fn problem(&mut self, space: &LinkSpace, objective: Quadratic, forms: Vec<Form>) -> Result<Problem> {
+        let search = search_space(&self.robot, space, &self.scenario.constraints)?;
         if !search.assumed.is_empty() {
             self.warn(unbounded(&search.assumed));
         }
         let chart = Box::new(search.chart);
-        let problem = Problem { space: space.space.clone(), objective, forms, chart, seed: self.seed };
-        Ok((space, problem))
+        Ok(Problem { space: space.space.clone(), objective, forms, chart, seed: self.seed })
     }
 
     /// Distance to the coefficients that were kept: from the poses, else from the logs.
@@ -161,14 +223,16 @@ impl Study<'_> {
             .base
             .as_ref()
             .ok_or_else(|| Error::new("`objective: Torque` needs `rigid_body` among the effects"))?;
-        let others: Vec<Parameter> = model.columns[base.rank()..]
+        let (order, rank) = rigid_first(model);
+        let others: Vec<Parameter> = order[rank..]
             .iter()
-            .map(|c| Parameter::free(c.about.symbol.clone(), c.about.unit))
+            .map(|&c| &model.columns[c].about)
+            .map(|about| Parameter::free(about.symbol.clone(), about.unit))
             .collect();
         let space = LinkSpace::new(&self.robot, &others);
-        let total = self.stacked(moving);
+        let total = stacked(moving, &order);
         let p = model.columns.len();
-        let (links, rank) = (base.map.ncols(), base.rank());
+        let links = base.map.ncols();
         // R y - d with the coefficients y = (map z_links, z_others).
         let r = DMatrix::from_fn(p, links + p - rank, |row, column| {
             if column < links {
@@ -181,18 +245,84 @@ impl Study<'_> {
         let floor = total.at(p, p).powi(2);
         Ok((space, Quadratic { r, d, floor, unit: "(N m)^2 summed over rows".to_string() }))
     }
+}
 
-    /// One triangle over all columns of the model and the torque, every row weighing alike.
-    fn stacked(&self, moving: &FromLogs) -> Triangle {
-        let model = &moving.fitted;
-        let p = model.columns.len();
-        let mut total = Triangle::new(p + 1);
-        for (joint, triangle) in moving.evidence.merged(None).iter().enumerate() {
-            let places: Vec<Option<usize>> =
-                model.active[joint].iter().copied().map(Some).chain([Some(p)]).collect();
-            total.merge(triangle, &places, 1.0);
-        }
-        total
+/// One triangle over the columns of the model in this order and the torque, every row weighing alike.
+fn stacked(moving: &FromLogs, order: &[usize]) -> Triangle {
+    let model = &moving.fitted;
+    let p = order.len();
+    let place = |column: usize| order.iter().position(|&c| c == column);
+    let mut total = Triangle::new(p + 1);
+    for (joint, triangle) in moving.evidence.merged(None).iter().enumerate() {
+        let columns = model.active[joint].iter().map(|&column| place(column));
+        total.merge(triangle, &columns.chain([Some(p)]).collect::<Vec<_>>(), 1.0);
+    }
+    total
+}
+
+impl FromEngines {
+    fn nothing(space: LinkSpace, conflict: Conflict) -> Self {
+        let (candidates, reports) = (Vec::new(), Vec::new());
+        Self { space, problem: None, candidates, given: None, reports, conflict: Some(conflict) }
+    }
+
+    /// The feasible result with the smallest objective, and its parameters.
+    pub fn best(&self) -> Option<(&Retrieval, &Candidate)> {
+        let feasible = self.reports.iter().filter(|r| r.feasible);
+        let best = feasible.min_by(|a, b| a.objective.total_cmp(&b.objective))?;
+        Some((best, self.candidates.iter().find(|c| c.label == best.label)?))
+    }
+}
+
+/// The best bound that any engine certified.
+fn bound(problem: &Problem, results: &[(String, Retrieved)]) -> Option<Bound> {
+    let bounds = results.iter().filter_map(|(_, r)| r.lower_bound);
+    let value = bounds.reduce(f64::max)?;
+    let convex = problem.forms.iter().all(Form::is_convex);
+    let holds = || results.iter().any(|(_, r)| r.lower_bound.is_some() && audit(problem, &r.z).feasible);
+    Some(Bound { value, exact: convex || holds() })
+}
+
+/// Columns of a model with the rigid body's first, and how many those are.
+pub(super) fn rigid_first(model: &Model) -> (Vec<usize>, usize) {
+    let is_rigid = |c: &usize| model.effects[model.columns[*c].effect].about().name == "rigid_body";
+    let (mut order, others): (Vec<usize>, Vec<usize>) = (0..model.columns.len()).partition(is_rigid);
+    let rank = order.len();
+    order.extend(others);
+    (order, rank)
+}
+
+/// What a set of parameters is worth.
+pub(super) fn judge(
+    (engine, label, status): (&str, &str, &str),
+    space: &LinkSpace,
+    problem: &Problem,
+    z: &[f64],
+    bound: Option<Bound>,
+) -> Retrieval {
+    let audit = audit(problem, z);
+    let links = (0..space.links).map(|l| LinkParameters::new(&space.names[l], &space.link(z, l)));
+    let others = problem.space.parameters.iter().zip(z).skip(PARAMETERS_PER_LINK * space.links);
+    Retrieval {
+        engine: engine.to_string(),
+        label: label.to_string(),
+        objective: audit.objective,
+        objective_unit: problem.objective.unit.clone(),
+        violation: finite(audit.violation),
+        feasible: audit.feasible,
+        lower_bound: bound.map(|b| b.value),
+        certified_gap_percent: bound
+            .filter(|b| b.value > 0.0 && audit.feasible)
+            .map(|b| 100.0 * (audit.objective - b.value) / b.value),
+        bound_is: bound.map(|b| if b.exact { "exact" } else { "relaxation" }.to_string()),
+        runs: 0,
+        stages: 0,
+        status: status.to_string(),
+        links: links.collect(),
+        others: others
+            .map(|(p, &value)| NamedValue { name: p.name.clone(), value, unit: p.unit.clone() })
+            .collect(),
+        constraints: audit.constraints,
     }
 }
 
@@ -204,39 +334,4 @@ fn unbounded(assumed: &[String]) -> String {
         n => format!(" and {} more", n - 4),
     };
     format!("no constraint bounds the search everywhere, so it was assumed: {shown}{more}")
-}
-
-fn report(
-    engine: &str,
-    label: &str,
-    space: &LinkSpace,
-    problem: &Problem,
-    found: &Retrieved,
-    bound: Option<f64>,
-    exact: bool,
-) -> Retrieval {
-    let audit = audit(problem, &found.z);
-    let links = (0..space.links).map(|l| LinkParameters::new(&space.names[l], &space.link(&found.z, l)));
-    let others = problem.space.parameters.iter().zip(&found.z).skip(10 * space.links);
-    Retrieval {
-        engine: engine.to_string(),
-        label: label.to_string(),
-        objective: audit.objective,
-        objective_unit: problem.objective.unit.clone(),
-        violation: finite(audit.violation),
-        feasible: audit.feasible,
-        lower_bound: bound,
-        certified_gap_percent: bound
-            .filter(|b| *b > 0.0 && audit.feasible)
-            .map(|b| 100.0 * (audit.objective - b) / b),
-        bound_is: bound.map(|_| if exact { "exact" } else { "relaxation" }.to_string()),
-        runs: found.runs,
-        stages: found.stages,
-        status: found.status.clone(),
-        links: links.collect(),
-        others: others
-            .map(|(p, &value)| NamedValue { name: p.name.clone(), value, unit: p.unit.clone() })
-            .collect(),
-        constraints: audit.constraints,
-    }
 }

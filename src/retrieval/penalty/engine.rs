@@ -10,10 +10,9 @@ use super::walk::{Ground, Walk};
 use crate::error::Result;
 use crate::form::Form;
 use crate::random::Stream;
-use crate::retrieval::checkpoint::{Checkpoint, Origin, Outcome};
+use crate::retrieval::checkpoint::{Checkpoint, Outcome};
 use crate::retrieval::polish::{Polish, Polisher, Target};
 use crate::retrieval::{FEASIBLE, Problem, RetrievalEngine, Retrieved, Watch};
-use crate::text;
 
 /// A stage that improves the objective by less than this share is the last.
 const WORTH: f64 = 1e-4;
@@ -21,9 +20,12 @@ const WORTH: f64 = 1e-4;
 const ZERO: f64 = 1e-13;
 /// Growth of the penalty's weight from stage to stage.
 const GROWTH: f64 = 10.0;
+/// Further random points that are polished after the first stage where the feasible set may be in parts.
+const ELSEWHERE: usize = 16;
 
 /// Engine `penalty`: from random starts within the bounds, simulated annealing by coordinate moves on
 /// objective plus penalty, then a polish within the constraints; stage after stage until nothing improves.
+/// Where a constraint is none that a cone expresses, the first stage also polishes further random points.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PenaltyEngine {
@@ -68,27 +70,14 @@ impl RetrievalEngine for PenaltyEngine {
         self.label.as_deref().unwrap_or("penalty")
     }
 
-    fn accepts(&self, _form: &Form) -> Result<(), String> {
-        Ok(())
-    }
-
     fn set_checkpoint(&mut self, checkpoint: Option<Checkpoint>) {
         self.checkpoint = checkpoint;
     }
 
     fn retrieve(&self, problem: &Problem, watch: &Watch<'_>) -> Result<Retrieved> {
-        runs::check(problem, self.runs, self.stages)?;
+        let plan = Plan::new(self, (self.runs, self.stages), self.checkpoint.as_ref(), problem, watch)?;
         let ground = Ground::new(problem);
         let polisher = Polisher::new(self.polish, problem);
-        let plan = Plan {
-            problem,
-            label: self.label(),
-            runs: self.runs,
-            stages: self.stages,
-            origin: Origin::new(self.name(), text::to_ron(self)?, problem),
-            checkpoint: self.checkpoint.as_ref(),
-            watch,
-        };
         runs::all(&plan, |stream, monitor| {
             Search { engine: self, ground: &ground, polisher: &polisher, monitor, stream }.run()
         })?
@@ -105,7 +94,7 @@ struct Search<'a> {
     stream: Stream,
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
     /// All stages; `false` when stopped.
     fn run(mut self) -> (Outcome, bool) {
         let (problem, stages) = (self.ground.problem(), self.engine.stages);
@@ -114,13 +103,12 @@ impl Search<'_> {
         let mut p = start;
         for stage in 0..stages {
             let found = self.stage(stage, p, &best);
-            let evaluations = best.evaluations + found.evaluations;
             let before = best.objective;
             let was_feasible = best.violation <= FEASIBLE;
-            if better(&found, &best) {
-                best = found;
+            keep(&mut best, found);
+            if stage == 0 {
+                self.elsewhere(&mut best);
             }
-            best.evaluations = evaluations;
             let idle = was_feasible && before - best.objective <= WORTH * before.abs();
             if self.monitor.stop() {
                 return (best, false);
@@ -135,6 +123,32 @@ impl Search<'_> {
         (best, true)
     }
 
+    /// Polishes other random points, where forms that no cone expresses may cut the feasible set into parts:
+    /// annealing freezes in one of them, and no later shake leaves it.
+    fn elsewhere(&mut self, best: &mut Outcome) {
+        let problem = self.ground.problem();
+        if problem.forms.iter().all(Form::is_convex) || self.engine.polish == Polish::None {
+            return;
+        }
+        let stop = || self.monitor.stop();
+        let target = self.target(weight(problem));
+        for _ in 0..ELSEWHERE {
+            if vanishes(problem, best) || stop() {
+                break;
+            }
+            let start = random_start(problem, &mut self.stream);
+            let polished = self.polisher.run(&target, &start, &stop);
+            keep(best, judge(problem, polished.z, polished.evaluations));
+        }
+    }
+
+    /// What a polish minimises. A simplex needs a slope to follow where constraints are violated; an
+    /// interior point has its own.
+    fn target(&self, weight: f64) -> Target<'a> {
+        let strict = if self.engine.polish == Polish::InteriorPoint { f64::INFINITY } else { weight };
+        Target { problem: self.ground.problem(), penalty: self.engine.penalty, weight: strict }
+    }
+
     /// Anneals from `p`, then polishes; returns the better of the two ends.
     fn stage(&mut self, stage: usize, p: Vec<f64>, best: &Outcome) -> Outcome {
         let (problem, engine) = (self.ground.problem(), self.engine);
@@ -146,15 +160,21 @@ impl Search<'_> {
         let bounds = &problem.chart.space().parameters;
         let tried = anneal(&mut walk, bounds, schedule, &mut self.stream, &stop);
         let annealed = judge(problem, problem.chart.unknowns(walk.coordinates()), tried);
-        // A simplex needs a slope to follow where constraints are violated; an interior point has its own.
-        let strict = if engine.polish == Polish::InteriorPoint { f64::INFINITY } else { weight };
-        let target = Target { problem, penalty: engine.penalty, weight: strict };
-        let polished = self.polisher.run(&target, walk.coordinates(), &stop);
+        let polished = self.polisher.run(&self.target(weight), walk.coordinates(), &stop);
         let polished = judge(problem, polished.z, polished.evaluations);
         let evaluations = annealed.evaluations + polished.evaluations;
         let found = if better(&polished, &annealed) { polished } else { annealed };
         Outcome { evaluations, ..found }
     }
+}
+
+/// The better of the two, and the evaluations of both.
+fn keep(best: &mut Outcome, found: Outcome) {
+    let evaluations = best.evaluations + found.evaluations;
+    if better(&found, best) {
+        *best = found;
+    }
+    best.evaluations = evaluations;
 }
 
 /// The first stage begins as hot as its start is bad; later ones shake the best point found.

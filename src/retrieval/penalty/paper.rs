@@ -11,12 +11,10 @@ use serde::{Deserialize, Serialize};
 use super::function::PenaltyForm;
 use super::runs::{self, Monitor, Plan, judge, random_start};
 use crate::error::{Error, Result};
-use crate::form::Form;
 use crate::random::Stream;
-use crate::retrieval::checkpoint::{Checkpoint, Origin, Outcome};
+use crate::retrieval::checkpoint::{Checkpoint, Outcome};
 use crate::retrieval::polish::{Polish, Polisher, Target};
 use crate::retrieval::{Problem, RetrievalEngine, Retrieved, Watch};
-use crate::text;
 
 /// Engine `penalty_paper`: `Q` runs from uniform random starts; `kappa` stages with the penalty's weight
 /// `xi = 0, 10, 20, ..`; in each simulated annealing over all coordinates at once, then a polish.
@@ -78,10 +76,6 @@ impl RetrievalEngine for PaperEngine {
         self.label.as_deref().unwrap_or("penalty_paper")
     }
 
-    fn accepts(&self, _form: &Form) -> Result<(), String> {
-        Ok(())
-    }
-
     fn set_checkpoint(&mut self, checkpoint: Option<Checkpoint>) {
         self.checkpoint = checkpoint;
     }
@@ -98,18 +92,9 @@ impl PaperEngine {
         problem: &'a Problem,
         watch: &'a Watch<'a>,
     ) -> Result<runs::Outcomes> {
-        runs::check(problem, self.runs, self.stages)?;
         self.check()?;
+        let plan = Plan::new(self, (self.runs, self.stages), self.checkpoint.as_ref(), problem, watch)?;
         let polisher = Polisher::new(self.polish, problem);
-        let plan = Plan {
-            problem,
-            label: self.label(),
-            runs: self.runs,
-            stages: self.stages,
-            origin: Origin::new(self.name(), text::to_ron(self)?, problem),
-            checkpoint: self.checkpoint.as_ref(),
-            watch,
-        };
         runs::all(&plan, |stream, monitor| self.run(problem, &polisher, stream, monitor))
     }
 

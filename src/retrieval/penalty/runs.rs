@@ -5,11 +5,13 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
+use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::random::Stream;
 use crate::retrieval::checkpoint::{Checkpoint, Origin, Outcome};
-use crate::retrieval::{FEASIBLE, Problem, Retrieved, Step, Watch};
+use crate::retrieval::{FEASIBLE, Problem, RetrievalEngine, Retrieved, Step, Watch};
+use crate::text;
 
 /// The caller is asked whether to go on once in so many questions of the solvers.
 const ASK_EVERY: usize = 100;
@@ -25,6 +27,21 @@ pub(in crate::retrieval) struct Plan<'a> {
     pub origin: Origin,
     pub checkpoint: Option<&'a Checkpoint>,
     pub watch: &'a Watch<'a>,
+}
+
+impl<'a> Plan<'a> {
+    /// The plan of an engine that makes `runs` of `stages` each; settings and problem are checked.
+    pub fn new<E: RetrievalEngine + Serialize>(
+        engine: &'a E,
+        (runs, stages): (usize, usize),
+        checkpoint: Option<&'a Checkpoint>,
+        problem: &'a Problem,
+        watch: &'a Watch<'a>,
+    ) -> Result<Self> {
+        check(problem, runs, stages)?;
+        let origin = Origin::new(engine.name(), text::to_ron(engine)?, problem);
+        Ok(Self { problem, label: engine.label(), runs, stages, origin, checkpoint, watch })
+    }
 }
 
 /// Carries word between runs and caller.
@@ -102,7 +119,7 @@ pub(in crate::retrieval) fn random_start(problem: &Problem, stream: &mut Stream)
 }
 
 /// What a search needs of its settings and of a problem.
-pub(in crate::retrieval) fn check(problem: &Problem, runs: usize, stages: usize) -> Result<()> {
+fn check(problem: &Problem, runs: usize, stages: usize) -> Result<()> {
     if runs == 0 || stages == 0 {
         let which = if runs == 0 { "runs" } else { "stages" };
         return Err(
