@@ -1,16 +1,18 @@
 //! What the pictures of a diagnosis are drawn from.
 
+use std::sync::Arc;
+
 use super::answer::Step;
-use super::data::Data;
+use super::data::{Column, Data};
 use super::ladder::{Ladder, Scored};
 use super::present::rms;
-use super::{regions, telling};
-use crate::report::pictures::{
-    Compared, EffectShare, JointUnits, Partial, Pictures, Ranked, Role, Trace, binned,
-};
+use super::telling;
+use crate::report::pictures::{Compared, EffectShare, JointUnits, Pictures, Ranked, Role, Trace};
 
 /// Candidates that are kept for the picture at most.
 const RANKED: usize = 60;
+/// Parameters of a candidate that are named at most.
+const SYMBOLS: usize = 4;
 /// A joint is shown for an effect of the whole robot where it gets this part of the largest torque.
 const NOTICED: f64 = 0.1;
 
@@ -29,8 +31,8 @@ pub(super) fn of(ladder: &Ladder, base: &telling::Base, climb: Vec<Step>) -> Pic
     Pictures {
         joints: JointUnits::of(&data.robot),
         models: vec![compared("starting model"), compared("with what was found")],
+        effects: effects(ladder, &traces),
         traces,
-        effects: effects(ladder),
         ranking: ladder.ranking.clone(),
         climb,
     }
@@ -47,78 +49,44 @@ fn modelled(data: &Data, residual: &[Vec<f64>]) -> Vec<Vec<f64>> {
 }
 
 /// What every effect but the rigid body adds on every joint that it matters to.
-fn effects(ladder: &Ladder) -> Vec<EffectShare> {
+fn effects(ladder: &Ladder, traces: &[Trace]) -> Vec<EffectShare> {
     let (data, parts) = (&ladder.data, &ladder.parts);
+    let units = JointUnits::of(&data.robot);
     let x = ladder.present.fit(&data.tau);
     let residual = ladder.present.residual_of(&data.tau, &x);
     let mut all: Vec<EffectShare> = Vec::new();
     for part in parts.numbers() {
-        let (effect, values) = (&parts.get(part).effect, &x[parts.place(part)]);
-        if effect.about().name == "rigid_body" {
+        let (effect, values) = (parts.get(part).effect.about().name, &x[parts.place(part)]);
+        if effect == "rigid_body" {
             continue;
         }
-        let columns = parts.own_columns(part);
-        let torque: Vec<Vec<f64>> = (0..data.dof())
-            .map(|joint| {
-                let mut sum = vec![0.0; data.count()];
-                for (column, value) in columns.iter().zip(values) {
-                    for (s, y) in sum.iter_mut().zip(column.part(joint).unwrap_or(&[])) {
-                        *s += value * y;
-                    }
-                }
-                sum
-            })
-            .collect();
+        let torque = torque(data, &parts.own_columns(part), values);
         let largest = torque.iter().map(|t| rms(t)).fold(0.0, f64::max);
-        for (joint, torque) in torque.into_iter().enumerate() {
-            let size = rms(&torque);
+        let unknown = ladder.unknown.iter().find(|u| u.part == Some(part));
+        let own = unknown.and_then(|u| u.depends_on.first()).map(String::as_str);
+        for (joint, torque) in torque.iter().enumerate() {
+            let size = rms(torque);
             if size > 0.0 && (parts.joint(part).is_some() || size >= NOTICED * largest) {
-                let depends_on = ladder.unknown.iter().find(|u| u.part == Some(part)).map(|u| &u.depends_on);
-                let own = own_variable(effect.about().name, joint, depends_on);
-                let partials = partials(data, joint, &own, &residual[joint], &torque);
-                let torque = data.run_ranges().into_iter().map(|r| torque[r].to_vec()).collect();
-                let (effect, found) = (effect.about().name.to_string(), parts.get(part).found);
-                all.push(EffectShare { effect, found, joint, torque, partials });
+                let (found, left) = (parts.get(part).found, &residual[joint]);
+                all.push(EffectShare::new(effect, found, joint, own, traces, &units, left, torque));
             }
         }
     }
     all
 }
 
-/// The variable that an effect is made of, as far as it is one.
-fn own_variable(effect: &str, joint: usize, depends_on: Option<&Vec<String>>) -> String {
-    if let Some(variable) = depends_on.and_then(|d| d.first()) {
-        return variable.clone();
-    }
-    let kind = match effect {
-        "joint_spring"
-        | "torque_ripple"
-        | "base_tilt"
-        | "joint_zero_error"
-        | "position_dependent_friction" => "q",
-        "rotor_inertia" | "joint_elasticity" => "ddq",
-        "torque_gain" | "load_dependent_friction" | "payload" => return "load".to_string(),
-        "torque_drift" | "friction_drift" | "thermal_friction" | "torque_offset" | "contact_force" => {
-            return "time".to_string();
+/// Torque of some columns with their values, joint by joint.
+fn torque(data: &Data, columns: &[Arc<Column>], values: &[f64]) -> Vec<Vec<f64>> {
+    let of_joint = |joint: usize| {
+        let mut sum = vec![0.0; data.count()];
+        for (column, value) in columns.iter().zip(values) {
+            for (s, y) in sum.iter_mut().zip(column.part(joint).unwrap_or(&[])) {
+                *s += value * y;
+            }
         }
-        _ => "dq",
+        sum
     };
-    format!("{kind}{}", joint + 1)
-}
-
-/// Partial residuals against the effect's own variable, then against the others of its joint.
-fn partials(data: &Data, joint: usize, own: &str, residual: &[f64], torque: &[f64]) -> Vec<Partial> {
-    let mut variables = regions::variables(data, joint);
-    if !variables.iter().any(|(name, _)| name == own) {
-        variables
-            .extend((0..data.dof()).flat_map(|j| regions::variables(data, j)).find(|(name, _)| name == own));
-    }
-    variables.sort_by_key(|(name, _)| name != own);
-    let one = |(variable, values): (String, Vec<f64>)| {
-        let unit = regions::unit(data, joint, &variable);
-        Partial { bins: binned(&values, residual, torque), variable, unit }
-    };
-    variables.into_iter().map(one).collect()
+    (0..data.dof()).map(of_joint).collect()
 }
 
 impl Ladder {
@@ -132,6 +100,8 @@ impl Ladder {
         let name = |joint: usize| self.data.robot.joints[joint].name.clone();
         let one = |s: &Scored| {
             let candidate = &self.candidates[s.candidate];
+            let terms = candidate.effect.terms(&self.data.robot).unwrap_or_default();
+            let symbols = terms.into_iter().map(|term| term.symbol).take(SYMBOLS).collect();
             let gain = &s.score.gain_of_joint;
             let relative = |j: usize| gain[j] / (before[j] * before[j]).max(1e-300);
             let most = (0..gain.len()).max_by(|&a, &b| relative(a).total_cmp(&relative(b))).unwrap_or(0);
@@ -139,6 +109,7 @@ impl Ladder {
             Ranked {
                 effect: candidate.name().to_string(),
                 joint: candidate.joint.map(name),
+                symbols,
                 gain_percent: 100.0 * s.score.share,
                 usefulness: s.usefulness,
                 z: s.score.z,

@@ -4,7 +4,6 @@ use super::answer::Region;
 use super::data::Data;
 use super::present::rms;
 use super::score::long_run_variance;
-use crate::report::pictures::JointUnits;
 
 /// Regions must stand out by this much to be listed.
 const STANDS_OUT: f64 = 3.0;
@@ -55,21 +54,6 @@ pub(super) fn variables(data: &Data, joint: usize) -> Vec<(String, Vec<f64>)> {
         push(name.clone(), data.picked(|run| run.channels.get(name).map(Vec::as_slice)));
     }
     all
-}
-
-/// Unit of a variable that [`variables`] names; empty for a channel.
-pub(super) fn unit(data: &Data, joint: usize, variable: &str) -> String {
-    let of = |prefix: &str| variable.strip_prefix(prefix).and_then(|n| n.parse::<usize>().ok());
-    let (after, number) = match (of("ddq"), of("dq"), of("q")) {
-        (Some(n), _, _) => ("/s²", n),
-        (_, Some(n), _) => ("/s", n),
-        (_, _, Some(n)) => ("", n),
-        _ if variable == "load" => return JointUnits::of(&data.robot)[joint].torque.to_string(),
-        _ if variable == "time" => return "s".to_string(),
-        _ => return String::new(),
-    };
-    let units = JointUnits::of(&data.robot);
-    units.get(number.wrapping_sub(1)).map_or_else(String::new, |u| format!("{}{after}", u.position))
 }
 
 /// Time of every row since its run began \[s\].

@@ -5,6 +5,7 @@ mod finished;
 mod friction;
 mod leeway;
 mod moving;
+mod pictures;
 mod retrieval;
 mod statics;
 
@@ -19,6 +20,7 @@ use crate::error::{Error, Result};
 use crate::identify::BaseParameters;
 use crate::model_file::ModelFile;
 use crate::report::Report;
+use crate::report::pictures::Pictures;
 use crate::retrieval::checkpoint::Checkpoint;
 use crate::retrieval::{Step, Watch};
 use crate::robot::Robot;
@@ -62,6 +64,8 @@ pub struct Outcome {
     pub model: Option<ModelFile>,
     /// The identified coefficients, where `model` has retrieved ones.
     pub identified: Option<ModelFile>,
+    /// What pictures of it are drawn from, where the study has logs.
+    pub pictures: Option<Pictures>,
     /// Whether an engine was asked to stop; what it had found by then stands in the report.
     pub stopped: bool,
 }
@@ -163,6 +167,7 @@ impl Study<'_> {
             Some(engines) => self.retrieved_model(engines, moving, poses.as_ref(), &friction)?,
             None => None,
         };
+        let pictures = self.pictures(&logs, retrieved.as_ref())?;
         let identified = moving.map(|m| &m.model).or(poses.as_ref().map(|p| &p.model)).cloned();
         let (model, identified) = match retrieved {
             Some(model) => (Some(model), identified),
@@ -190,7 +195,7 @@ impl Study<'_> {
             warnings: self.warnings,
             timing: self.timing,
         };
-        Ok(Outcome { report, model, identified, stopped: self.stopped })
+        Ok(Outcome { report, model, identified, pictures, stopped: self.stopped })
     }
 
     fn timed<T>(&mut self, step: &str, work: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {

@@ -133,7 +133,7 @@ export function ranking(data) {
   const all = data.pictures?.ranking ?? [];
   if (!all.length) return null;
   const most = Math.max(...all.map((r) => r.usefulness), 1e-9);
-  const rows = all.map((r) => [effectName(r.effect), r.joint ?? "the whole robot",
+  const rows = all.map((r) => [h("span", {}, effectName(r.effect), h("span.where", {}, ` ${r.symbols.join(", ")}`)), r.joint ?? "the whole robot",
     bar(r.usefulness / most, num(r.usefulness)), percent(r.gain_percent), num(r.z),
     `${num(r.rms[0])} → ${num(r.rms[1])}`, r.rms_joint, status(r, data.diagnosis)]);
   const head = () => ["candidate", "on", h("span", {}, "gain over the ", term("noise floor")), term("gain"), term("z"), "rms before → after", "of", "what became of it"];
@@ -148,7 +148,7 @@ function status(r, d) {
   const same = (m) => m.effect === r.effect && (r.joint === null ? m.joints.length === 0 : m.joints.includes(r.joint));
   if (d.missing.some(same) || d.minor.some(same)) return h("b", {}, "named");
   if (d.refused.some(same)) return "refused";
-  return r.passes ? "explained by what was named" : "not significant";
+  return r.passes ? "needless beside what was found" : "not significant";
 }
 
 /** What fits but cannot be, what cannot be told apart, and what changed. */

@@ -1,7 +1,7 @@
 // A canvas that fits its element, is drawn once per frame at most, and only while it can be seen.
 
 /** Room around what is drawn, for numbers and names of the axes. */
-export const MARGIN = { left: 52, right: 10, top: 8, bottom: 34 };
+export const MARGIN = { left: 60, right: 10, top: 8, bottom: 34 };
 
 let palette = null;
 const surfaces = new Set();
@@ -110,4 +110,13 @@ export function label(context, text, x, y, align = "left", baseline = "middle", 
   context.textAlign = align;
   context.textBaseline = baseline;
   context.fillText(text, x, y);
+}
+
+/** Name of an upright axis. */
+export function sideways(context, text, y, colour = colours().muted) {
+  context.save();
+  context.translate(8, y);
+  context.rotate(-Math.PI / 2);
+  label(context, text, 0, 0, "center", "middle", colour);
+  context.restore();
 }

@@ -41,13 +41,14 @@ function worstFirst(data) {
 export function torque(data) {
   const p = data.pictures;
   const axis = new TimeAxis(0, 1);
-  const state = { trace: 0, shown: new Set(worstFirst(data).slice(0, 2)), plots: [] };
+  const order = worstFirst(data);
+  const state = { trace: 0, shown: new Set(order.slice(0, 2)), plots: [] };
   const list = h("div.joints");
   const where = h("span.span", { "aria-live": "polite" });
   const rebuild = () => {
     state.plots.forEach((plot) => plot.remove());
     state.plots = [];
-    const made = [...Array(p.joints.length).keys()].filter((k) => state.shown.has(k)).map((k) => jointFigure(data, state, axis, k));
+    const made = order.filter((k) => state.shown.has(k)).map((k) => jointFigure(data, state, axis, k));
     list.replaceChildren(...made);
   };
   const load = (index) => {

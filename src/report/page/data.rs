@@ -167,6 +167,7 @@ struct PartialJson {
 struct RankedJson {
     effect: String,
     joint: Option<String>,
+    symbols: Vec<String>,
     gain_percent: f64,
     usefulness: f64,
     z: f64,
@@ -180,6 +181,7 @@ impl PicturesJson {
         let ranked = |r: &crate::report::pictures::Ranked| RankedJson {
             effect: r.effect.clone(),
             joint: r.joint.clone(),
+            symbols: r.symbols.clone(),
             gain_percent: r.gain_percent,
             usefulness: r.usefulness,
             z: r.z,

@@ -1,5 +1,5 @@
 // Heat map: a quantity in the cells of two variables. Takes an element and data, nothing else.
-import { MARGIN, Surface, colours, label } from "./canvas.js";
+import { MARGIN, Surface, colours, label, sideways } from "./canvas.js";
 import { num, tickText, ticks } from "./numbers.js";
 
 /** Cells with fewer rows stay empty: they would show chance. */
@@ -128,11 +128,7 @@ export class HeatMap {
       label(context, tickText(at, up.places), MARGIN.left - 6, py, "right");
     }
     label(context, x.label, MARGIN.left + w / 2, MARGIN.top + h + 26, "center", "middle", colours().ink);
-    context.save();
-    context.translate(9, MARGIN.top + h / 2);
-    context.rotate(-Math.PI / 2);
-    label(context, y.label, 0, 0, "center", "middle", colours().ink);
-    context.restore();
+    sideways(context, y.label, MARGIN.top + h / 2, colours().ink);
   }
 
   #point(event) {

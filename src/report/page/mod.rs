@@ -118,6 +118,9 @@ fn study_verdict(report: &Report) -> String {
     if let Some(all) = &report.retrievals {
         let feasible = all.iter().filter(|r| r.feasible).count();
         parts.push(match feasible {
+            _ if report.conflict.is_some() => {
+                "no link parameters satisfy these constraints together".to_string()
+            }
             0 => "no engine found feasible link parameters".to_string(),
             n if n == all.len() => format!("all {n} engines found feasible link parameters"),
             n => format!("{n} of {} engines found feasible link parameters", all.len()),

@@ -1,5 +1,5 @@
 // Partial residual: rows with neighbouring values of a variable, and the fitted curve through them.
-import { MARGIN, Surface, colours, label, rule } from "./canvas.js";
+import { MARGIN, Surface, colours, label, rule, sideways } from "./canvas.js";
 import { tickText, ticks } from "./numbers.js";
 
 
@@ -65,10 +65,6 @@ export class PartialPlot {
       label(context, tickText(v, across.places), x(v), MARGIN.top + h + 10, "center");
     }
     label(context, name, MARGIN.left + w / 2, MARGIN.top + h + 26, "center", "middle", c.ink);
-    context.save();
-    context.translate(9, MARGIN.top + h / 2);
-    context.rotate(-Math.PI / 2);
-    label(context, unit, 0, 0, "center", "middle");
-    context.restore();
+    sideways(context, unit, MARGIN.top + h / 2);
   }
 }

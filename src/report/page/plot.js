@@ -1,5 +1,5 @@
 // Series over time. Takes an element and data, nothing else; zooms with all plots of the same axis.
-import { MARGIN, Surface, colours, label, rule } from "./canvas.js";
+import { MARGIN, Surface, colours, label, rule, sideways } from "./canvas.js";
 import { num, tickText, ticks } from "./numbers.js";
 import { Pyramid } from "./pyramid.js";
 import { TimeAxis } from "./time_axis.js";
@@ -134,7 +134,7 @@ export class LinePlot {
       rule(context, x(at), 0, x(at), bottom, c.grid);
       if (this.options.times) label(context, `${tickText(at, times.places)} s`, x(at), bottom + 12, "center");
     }
-    if (this.options.unit) label(context, this.options.unit, 2, 7, "left");
+    if (this.options.unit) sideways(context, this.options.unit, bottom / 2);
   }
 
   #line(context, e, y, colour, width = 1.3) {

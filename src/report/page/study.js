@@ -54,8 +54,10 @@ export function friction(report) {
 
 /** Engines on the same problem, side by side. */
 export function retrievals(report) {
-  const all = report.retrievals ?? [];
-  if (!all.length) return null;
+  const found = report.retrievals ?? [];
+  if (!found.length && !report.conflict) return null;
+  const all = [report.given, ...found, report.chosen?.retrieval].filter(Boolean);
+  if (report.conflict || !all.length) return contradiction(report.conflict ?? []);
   const each = (value) => all.map(value);
   const rows = [
     ["engine", ...each((r) => r.engine)],
@@ -69,7 +71,15 @@ export function retrievals(report) {
     ["how it ended", ...each((r) => r.status)],
   ];
   return section("retrieval", "Feasible link parameters, engine by engine", "All engines solve the same problem and are judged by the same audit.",
-    table("Engines side by side", ["", ...each((r) => r.label)], rows), margins(all), links(report, all), errors(report));
+    table("Engines side by side", ["", ...each((r) => r.label)], rows),
+    all.some((r) => r.bound_is === "relaxation") && h("p.note", {}, "The bound is that of the convex relaxation: the optimum may lie above it."),
+    report.chosen && h("p.note", {}, `Chosen: ${report.chosen.rule}, among all with an objective up to ${num(report.chosen.largest_objective, 5)}. The choice decided, not the data: ${report.chosen.decided.join(", ") || "nothing was open"}.`),
+    margins(all), links(report, all), errors(report));
+}
+
+function contradiction(conflict) {
+  return section("retrieval", "Feasible link parameters", "No parameters satisfy these constraints together; dropping any one of them makes the others possible.",
+    h("ul", {}, conflict.map((label) => h("li", {}, label))));
 }
 
 function margins(all) {
@@ -107,9 +117,10 @@ function errors(report) {
   const mse = report.comparison?.validation_mse;
   if (!mse || !Object.keys(mse).length) return null;
   const labels = Object.keys(mse);
-  const names = Object.keys(mse[labels[0]]);
-  return table(`Mean squared torque error through Newton-Euler [(N m)²]: ${report.comparison.data}`, ["joint", ...labels],
-    names.map((joint) => [joint, ...labels.map((l) => num(mse[l][joint], 4))]));
+  const { joints, data, fitted, relative_error_percent: all } = report.comparison;
+  const rows = joints.map((joint) => [joint, ...labels.map((l) => num(mse[l][joint], 4))]);
+  rows.push([h("span", {}, term("relative error"), " of all joints"), ...labels.map((l) => percent(all[l]))]);
+  return table(`Mean squared torque error through Newton-Euler [(N m)²] on ${data} (${fitted ? "fitted" : "never fitted"})`, ["joint", ...labels], rows);
 }
 
 /** What data and constraints leave open. */

@@ -3,9 +3,11 @@
 
 mod envelope;
 mod partial;
+mod share;
 
 pub use envelope::{Envelope, envelope};
 pub use partial::{Bin, Partial, binned};
+pub use share::EffectShare;
 
 use std::collections::BTreeMap;
 
@@ -84,21 +86,6 @@ pub struct Trace {
     pub models: Vec<Vec<Vec<f64>>>,
 }
 
-/// What one effect adds to the torque, with its parameters fitted to all data.
-#[derive(Debug, Clone)]
-pub struct EffectShare {
-    /// Name in the catalogue.
-    pub effect: String,
-    /// Whether it was found, or belongs to the starting model.
-    pub found: bool,
-    /// The joint it acts on.
-    pub joint: usize,
-    /// Its torque on that joint in every fitted log [N m, N]: `torque[log][row]`.
-    pub torque: Vec<Vec<f64>>,
-    /// Residual with the effect put back, against variables; the first one is its own.
-    pub partials: Vec<Partial>,
-}
-
 /// A candidate beside the starting model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ranked {
@@ -106,6 +93,8 @@ pub struct Ranked {
     pub effect: String,
     /// Its joint; `None` for the whole robot.
     pub joint: Option<String>,
+    /// Symbols of its parameters, which tell candidates of one effect apart.
+    pub symbols: Vec<String>,
     /// Part of the held-out weighted squared error that it removes \[%\].
     pub gain_percent: f64,
     /// Its gain in units of the noise floor, per sample: what candidates are ranked by.
