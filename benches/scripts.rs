@@ -5,9 +5,12 @@ use std::hint::black_box;
 
 use divan::Bencher;
 use lacuna::constraints::{Constraint, LinkSpace, Links, Scripted};
+use lacuna::effects::{CoulombFriction, Effect, Joints, ScriptedEffect};
 use lacuna::form::Form;
+use lacuna::model::{Model, ModelBlock};
 use lacuna::robot::Robot;
 use lacuna::script::{Body, Limits, Script, Settings, Subject};
+use lacuna::signals::Run;
 
 fn main() {
     divan::main();
@@ -85,4 +88,43 @@ fn margin_interpreted(bencher: Bencher) {
 #[divan::bench]
 fn reading_and_lowering(bencher: Bencher) {
     bencher.bench(|| form("cone_tip.rhai"));
+}
+
+/// A made-up run of the two-link robot.
+fn run() -> Run {
+    let wave = |shift: f64| -> Vec<Vec<f64>> {
+        let column = |j: usize| (0..SAMPLES).map(|k| (0.01 * k as f64 + shift + j as f64).sin()).collect();
+        (0..2).map(column).collect()
+    };
+    Run { dt: 1e-3, q: wave(0.0), dq: wave(1.0), ddq: wave(2.0), tau: wave(3.0), ..Run::default() }
+}
+
+const SAMPLES: usize = 10_000;
+
+/// Columns of both joints of an effect at all samples.
+fn columns(bencher: Bencher, effect: Box<dyn Effect>) {
+    let robot = Robot::open("robots/two_link.ron").expect("the robot reads");
+    let (run, model) = (run(), Model::new(&robot, vec![effect]).expect("fits the robot"));
+    let mut block = ModelBlock::new(&model, SAMPLES);
+    bencher.bench_local(|| model.fill(black_box(&run), 0..SAMPLES, &mut block).expect("computes"));
+}
+
+#[divan::bench]
+fn columns_in_rust(bencher: Bencher) {
+    columns(bencher, Box::new(CoulombFriction { width: 0.1, ..CoulombFriction::default() }));
+}
+
+#[divan::bench]
+fn columns_scripted(bencher: Bencher) {
+    columns(bencher, script("quadratic_friction.rhai"));
+}
+
+#[divan::bench]
+fn columns_scripted_with_memory(bencher: Bencher) {
+    columns(bencher, script("warm_friction.rhai"));
+}
+
+fn script(name: &str) -> Box<dyn Effect> {
+    let path = std::path::Path::new("effects").join(name);
+    ScriptedEffect::open(&path, Joints::All).expect("reads").boxed()
 }

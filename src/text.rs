@@ -1,6 +1,7 @@
 //! Text in and out: RON with positions, files written whole or not at all.
 
 mod explain;
+pub(crate) mod files;
 mod find;
 pub(crate) mod names;
 

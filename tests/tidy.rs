@@ -56,7 +56,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
                 "model",
             ],
         ),
-        ("effects", vec!["robot", "kernels", "signals"]),
+        ("effects", vec!["robot", "kernels", "signals", "script"]),
         ("model", vec!["robot", "kernels", "signals", "effects", "identify"]),
         ("identify", vec!["robot", "kernels", "linalg", "log", "signals", "effects", "model"]),
         ("predict", vec!["identify", "model", "signals"]),

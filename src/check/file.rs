@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use super::report::{Problem, Report, Section};
-use super::{Kind, LogFacts, RobotFacts, fields, kind, log, log_against_robot, scenario, script};
+use super::{
+    Kind, LogFacts, RobotFacts, effect_script, fields, kind, log, log_against_robot, scenario, script,
+};
 use crate::constraints::{LinkSpace, forms, open};
 use crate::error::{Error, Result};
 use crate::identify::BaseParameters;
@@ -54,6 +56,7 @@ fn examine(path: &Path, options: &Options, report: &mut Report) -> Result<()> {
         Kind::Constraints => constraints(path, options, report),
         Kind::Experiment => experiment(path, report),
         Kind::Script => script::examine(path, options, report),
+        Kind::EffectScript => effect_script::examine(path, options, report),
     }
 }
 

@@ -36,6 +36,8 @@ pub enum Kind {
     Constraints,
     /// Script of constraints.
     Script,
+    /// Script of an effect.
+    EffectScript,
     /// Plant and logs to simulate.
     Experiment,
 }
@@ -55,6 +57,7 @@ impl Kind {
             Self::Friction => "published sigmoid friction",
             Self::Constraints => "a list of constraints",
             Self::Script => "a script of constraints",
+            Self::EffectScript => "a script of an effect",
             Self::Experiment => "a plant to simulate",
         }
     }
@@ -134,7 +137,7 @@ pub fn recognise(path: &Path) -> Result<Kind> {
     let text = String::from_utf8_lossy(&head);
     let start = text.trim_start_matches('\u{feff}').trim_start();
     match extension.as_str() {
-        "rhai" => Ok(Kind::Script),
+        "rhai" => Ok(script(start)),
         "urdf" => Ok(Kind::Urdf),
         "csv" | "gz" | "txt" | "tsv" => Ok(table(start)),
         "ron" => ron(path, start),
@@ -160,6 +163,14 @@ fn ron(path: &Path, text: &str) -> Result<Kind> {
         None if empty => Ok(Kind::ColumnMap),
         None => Err(unknown(path)),
     }
+}
+
+/// Effects have columns; a script that does not compile is told apart all the same.
+fn script(text: &str) -> Kind {
+    let defines = |line: &str| {
+        line.trim_start().strip_prefix("fn ").map(str::trim_start).is_some_and(|l| l.starts_with("columns"))
+    };
+    if text.lines().any(defines) { Kind::EffectScript } else { Kind::Script }
 }
 
 /// Poses have inertia matrices, logs do not.

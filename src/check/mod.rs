@@ -4,6 +4,7 @@
 //! [`log_against_robot`] tests the mistakes that reading alone cannot see: units, signs, order of joints,
 //! mounting, torque without gravity, a Denavit-Hartenberg table in the wrong convention.
 
+mod effect_script;
 mod fields;
 mod file;
 mod kind;

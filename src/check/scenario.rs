@@ -36,6 +36,10 @@ pub(super) fn examine(path: &Path, options: &Options, report: &mut Report) -> Re
     let folder = path.parent().unwrap_or(Path::new(".")).to_path_buf();
     let mut look = Look { path, folder, options, report };
     let gravity = options.gravity.or(scenario.gravity);
+    let folder = look.folder.clone();
+    let mut effects = std::mem::take(&mut scenario.effects);
+    effects.retain_mut(|effect| look.taken(effect.load(&folder)).is_some());
+    scenario.effects = effects;
     let robot = look.robot(&scenario, gravity);
     look.files(&scenario, robot.as_ref());
     look.constraints(&mut scenario, robot.as_ref().map(|(r, _)| r));

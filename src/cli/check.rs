@@ -8,12 +8,12 @@ use super::{Global, print, print_json};
 /// Arguments of `lacuna check`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Check {
-    /// Scenario, robot, log, static poses, column map, model or coefficients.
+    /// Scenario, robot, log, static poses, column map, model, coefficients or script.
     file: PathBuf,
-    /// Robot to check a log against.
+    /// Robot to check a log or a script against.
     #[arg(long, value_name = "FILE")]
     robot: Option<PathBuf>,
-    /// Log to check the robot against.
+    /// Log to check the robot against, or to try an effect script on.
     #[arg(long, value_name = "CSV")]
     data: Option<PathBuf>,
     /// Column map for a log with foreign headers: a file, or the name of a shipped one.

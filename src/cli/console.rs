@@ -51,7 +51,8 @@ impl Console {
             return;
         }
         state.shown = Instant::now();
-        let line = format!("{}{}", state.task, progress(step, begun, state.since.elapsed().as_secs_f64()));
+        let seconds = state.since.elapsed().as_secs_f64();
+        let line = format!("{}{}", state.task, progress(step, begun, seconds));
         self.show(&mut state, &line);
     }
 

@@ -8,8 +8,9 @@ use serde::{Deserialize, Serialize};
 use super::hull::{HalfSpace, convex_hull, size};
 use super::number::{positive, triple};
 use super::shape::{Extent, Surface, rotation};
-use super::{files, stl};
+use super::stl;
 use crate::error::{Error, Result};
+use crate::text::files;
 
 /// Largest mesh that is read [bytes].
 const LARGEST: u64 = 64 << 20;

@@ -14,7 +14,6 @@ mod com_sphere;
 mod com_union;
 mod density_realisable;
 mod equal_links;
-mod files;
 mod hull;
 mod intervals;
 mod known_payload;

@@ -7,12 +7,12 @@ use std::sync::atomic::AtomicBool;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::{About, Constraint, LinkSpace, Links, files};
+use super::{About, Constraint, LinkSpace, Links};
 use crate::error::{Error, Result};
 use crate::form::{Body as FormBody, Form};
 use crate::robot::{InertialParameters, PARAMETERS_PER_LINK, Robot};
 use crate::script::{Body, Limits, Lowered, Script, Settings, Subject};
-use crate::text;
+use crate::text::{self, files};
 
 /// Rules that a rhai file states.
 #[derive(Debug, Clone, Serialize, Deserialize)]

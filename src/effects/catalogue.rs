@@ -46,6 +46,7 @@ pub const CATALOGUE: &[Entry] = &[
     Entry { about: TorqueRipple::ABOUT, candidates: TorqueRipple::candidates },
     Entry { about: PositionDependentFriction::ABOUT, candidates: PositionDependentFriction::candidates },
     Entry { about: ContactForce::ABOUT, candidates: none },
+    Entry { about: ScriptedEffect::ABOUT, candidates: none },
 ];
 
 fn none(_robot: &Robot) -> Vec<Box<dyn Effect>> {

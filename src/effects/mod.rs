@@ -26,6 +26,8 @@ mod position_dependent_friction;
 mod presliding_hysteresis;
 mod rigid_body;
 mod rotor_inertia;
+mod script;
+mod script_columns;
 mod sigmoid_friction;
 mod stribeck_friction;
 mod thermal_friction;
@@ -57,6 +59,7 @@ pub use position_dependent_friction::PositionDependentFriction;
 pub use presliding_hysteresis::PreslidingHysteresis;
 pub use rigid_body::RigidBody;
 pub use rotor_inertia::RotorInertia;
+pub use script::ScriptedEffect;
 pub(crate) use sigmoid_friction::logistic;
 pub use sigmoid_friction::{SigmoidFriction, SigmoidParameters};
 pub use stribeck_friction::StribeckFriction;
@@ -71,6 +74,7 @@ pub use viscous_friction::ViscousFriction;
 use catalogue::per_joint;
 use std::fmt::Debug;
 use std::ops::Range;
+use std::path::Path;
 
 use nalgebra::DMatrix;
 
@@ -188,6 +192,15 @@ impl Columns<'_> {
 pub trait Effect: Debug + Send + Sync {
     /// Name, text and equation.
     fn about(&self) -> About;
+
+    /// Reads the files it names, which are relative to `folder`, that of the scenario. Called once, before
+    /// anything else is asked for.
+    ///
+    /// # Errors
+    /// When a file is missing, damaged, or outside the scenario's repository.
+    fn load(&mut self, _folder: &Path) -> Result<()> {
+        Ok(())
+    }
 
     /// Linear parameters on this robot, in a fixed order.
     ///

@@ -6,7 +6,7 @@
 //!
 //! `with` is an ordinary name here.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rhai::{Position, Token};
 
@@ -45,6 +45,8 @@ pub(super) struct Dialect {
     pub(super) repeats: Vec<Spot>,
     /// The function that is being read.
     inside: String,
+    /// Every name in the script.
+    pub(super) mentions: BTreeSet<String>,
     /// Names that `let`, `const` and `for` introduce.
     pub(super) variables: Vec<String>,
 }
@@ -108,8 +110,11 @@ impl Dialect {
         if matches!(token, Token::Loop | Token::While | Token::Do | Token::For) {
             self.repeats.push(spot(position));
         }
-        if matches!(token, Token::Identifier(name) if **name == self.inside) {
-            self.repeats.push(spot(position));
+        if let Token::Identifier(name) = token {
+            self.mentions.insert(name.to_string());
+            if **name == self.inside {
+                self.repeats.push(spot(position));
+            }
         }
         let state = std::mem::take(&mut self.state);
         self.state = match (state, token) {

@@ -10,9 +10,8 @@ use rhai::packages::{ArithmeticPackage, BasicFnPackage, BasicIteratorPackage, Ba
 use rhai::{AST, Dynamic, Engine, OptimizationLevel};
 
 use super::dialect::Dialect;
-use super::subject::Subject;
 use super::tracer::Shared;
-use super::{arithmetic, compare, functions, subject, trouble};
+use super::{arithmetic, compare, functions, trouble};
 use crate::error::{Error, Result};
 
 /// What a script may use up. The defaults are far more than any constraint needs.
@@ -62,10 +61,13 @@ pub(super) struct Machine {
 }
 
 impl Machine {
-    /// Compiles `text`; nothing runs yet.
-    pub(super) fn new(text: &str, subject: &Rc<Subject>, limits: &Limits) -> Result<Self> {
+    /// Compiles `text`, which knows beside computing what `register` makes known; nothing runs yet.
+    pub(super) fn new(
+        text: &str,
+        limits: &Limits,
+        register: impl FnOnce(&mut Engine, &Shared),
+    ) -> Result<Self> {
         let shared = Shared::default();
-        shared.borrow_mut().names.clone_from(&subject.unknowns);
         let dialect = Rc::new(RefCell::new(Dialect::default()));
         let start = Instant::now();
         let mut engine = sandbox(limits, start);
@@ -76,7 +78,7 @@ impl Machine {
         arithmetic::register(&mut engine, &shared);
         compare::register(&mut engine, &shared).map_err(Error::new)?;
         functions::register(&mut engine, &shared);
-        subject::register(&mut engine, &shared, subject);
+        register(&mut engine, &shared);
         let compiled = engine.compile(text);
         let dialect = std::mem::take(&mut *dialect.borrow_mut());
         let ast = compiled.map_err(|e| trouble::parsing(&e, &dialect))?;

@@ -10,13 +10,14 @@ use super::graph::{Graph, Id};
 use super::tracer::{Answer, Demand, Matrix, Number, Relation, Shared, Tracer, Vector, fail, kind};
 
 /// What scripts may call, for error messages and the handbook.
-pub const FUNCTIONS: [(&str, &str); 29] = [
+pub const FUNCTIONS: [(&str, &str); 30] = [
     ("total_mass(links)", "sum of the masses [kg]"),
     ("named(links, \"name\")", "the link with that name"),
     ("sum(list)", "sum of numbers or vectors"),
     ("min(a, b), min(list)", "smallest"),
     ("max(a, b), max(list)", "largest"),
     ("abs(x)", "size without sign"),
+    ("sign(x)", "1, 0 or -1"),
     ("sqrt(x)", "square root"),
     ("pow(x, y)", "x to the power y, also `x ** y`"),
     ("sin(x)", "sine of an angle [rad]"),
@@ -112,6 +113,11 @@ fn numbers(engine: &mut Engine, shared: &Shared) {
     on_tracer::<1>(engine, shared, "abs", |tracer, [x]| {
         let x = id(tracer, &x, "abs")?;
         let value = tracer.graph.magnitude(x)?;
+        Ok(tracer.give(value))
+    });
+    on_tracer::<1>(engine, shared, "sign", |tracer, [x]| {
+        let x = id(tracer, &x, "sign")?;
+        let value = tracer.graph.sign(x)?;
         Ok(tracer.give(value))
     });
     on_tracer::<2>(engine, shared, "pow", |tracer, [x, y]| {

@@ -274,6 +274,23 @@ impl Graph {
         self.greatest(a, other)
     }
 
+    /// 1, 0 or -1.
+    pub(super) fn sign(&mut self, a: Id) -> Result<Id, String> {
+        let (up, none, down) = (self.constant(1.0)?, self.constant(0.0)?, self.constant(-1.0)?);
+        if let Some(x) = self.value(a) {
+            return Ok(if x > 0.0 {
+                up
+            } else if x < 0.0 {
+                down
+            } else {
+                none
+            });
+        }
+        let other = self.negative(a)?;
+        let not_up = self.choose(other, none, up)?;
+        self.choose(a, not_up, down)
+    }
+
     pub(super) fn apply(&mut self, function: Function, a: Id) -> Result<Id, String> {
         let given = self.dimension(a);
         let dimension = match function {

@@ -1,4 +1,4 @@
-//! Constraint scripts: rules on link parameters that need no compiler.
+//! Scripts: rules on link parameters ([`Script`]) and effects ([`EffectScript`]) that need no compiler.
 //!
 //! A script runs on numbers that remember how they were made, once for every way through its comparisons of
 //! unknowns. What comes out are [`Form`]s: affine, norm and semidefinite ones where a cone expresses the
@@ -10,6 +10,7 @@ mod compare;
 mod conic;
 mod dialect;
 mod dimension;
+mod effect;
 mod elementary;
 mod engine;
 mod functions;
@@ -23,6 +24,7 @@ mod subject;
 mod tracer;
 mod trouble;
 
+pub use effect::{EffectAbout, EffectParameter, EffectScript, EffectShape, Input, JointColumns};
 pub use engine::Limits;
 pub use functions::FUNCTIONS;
 pub use settings::{Setting, Settings};
@@ -32,13 +34,14 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use rhai::{CallFnOptions, Dynamic, Map, Scope};
+use rhai::{CallFnOptions, Dynamic, Engine, Map, Scope};
 
 use crate::error::{Error, Result};
 use crate::form::Form;
 use engine::Machine;
 use paths::Entry;
 use subject::{LinkView, RobotView, link_list};
+use tracer::Shared;
 
 /// Longer scripts are not read [bytes].
 const LONGEST: usize = 1 << 18;
@@ -141,17 +144,21 @@ impl Script {
     }
 
     fn machine(&self, subject: &Subject, with: &Settings, limits: &Limits) -> Result<(Machine, Settings)> {
+        let subject = Rc::new(subject.clone());
+        let machine = self.compile(limits, |engine, shared| {
+            shared.borrow_mut().names.clone_from(&subject.unknowns);
+            subject::register(engine, shared, &subject);
+        })?;
+        check_entries(&machine)?;
+        let settings = machine.settings(with, limits)?;
+        Ok((machine, settings))
+    }
+
+    fn compile(&self, limits: &Limits, register: impl FnOnce(&mut Engine, &Shared)) -> Result<Machine> {
         if self.text.len() > LONGEST {
             return Err(Error::new(format!("the script is longer than {LONGEST} bytes")));
         }
-        let machine = Machine::new(&self.text, &Rc::new(subject.clone()), limits)?;
-        check_entries(&machine)?;
-        let own = match machine.dialect.functions.contains_key("settings") {
-            true => settings::own(&machine, machine.call("settings", (), limits.seconds)?)?,
-            false => Settings::default(),
-        };
-        let settings = settings::merge(own, with)?;
-        Ok((machine, settings))
+        Machine::new(&self.text, limits, register)
     }
 
     /// The calls that state the rules: once for the whole robot, once for every chosen link.
@@ -198,6 +205,15 @@ fn check_entries(machine: &Machine) -> Result<()> {
 }
 
 impl Machine {
+    /// The script's settings with those of `with` in their place.
+    fn settings(&self, with: &Settings, limits: &Limits) -> Result<Settings> {
+        let own = match self.dialect.functions.contains_key("settings") {
+            true => settings::own(self, self.call("settings", (), limits.seconds)?)?,
+            false => Settings::default(),
+        };
+        settings::merge(own, with)
+    }
+
     /// Calls a function of the script.
     fn call(&self, function: &str, arguments: impl rhai::FuncArgs, seconds: f64) -> Result<Dynamic> {
         let options = CallFnOptions::new().eval_ast(false);

@@ -26,61 +26,82 @@ pub(super) struct Entry {
 /// One way through.
 #[derive(Debug)]
 pub(super) struct Way {
-    /// Decisions in order: is the node not negative?
-    pub(super) taken: Vec<(Id, bool)>,
+    pub(super) taken: Taken,
     pub(super) rules: Vec<Relation>,
 }
 
-/// Runs `entry` once for every way through it; ways stand in order, `true` first.
+/// Decisions of one way, in order: is the node not negative?
+pub(super) type Taken = Vec<(Id, bool)>;
+
+/// Calls `run` once for every way through what it runs; ways stand in order, `true` first.
+pub(super) fn ways<T>(
+    machine: &Machine,
+    (runs, most): (&mut usize, usize),
+    too_many: impl Fn() -> Error,
+    mut run: impl FnMut() -> Result<T>,
+) -> Result<Vec<(Taken, T)>> {
+    let mut all: Vec<(Taken, T)> = Vec::new();
+    let mut plan: Vec<bool> = Vec::new();
+    loop {
+        *runs += 1;
+        if *runs > most {
+            return Err(too_many());
+        }
+        machine.shared.borrow_mut().restart(plan);
+        let result = run()?;
+        let taken = std::mem::take(&mut machine.shared.borrow_mut().taken);
+        plan = taken.iter().map(|t| t.1).collect();
+        all.push((taken, result));
+        while plan.last() == Some(&false) {
+            plan.pop();
+        }
+        match plan.last_mut() {
+            Some(last) => *last = false,
+            None => return Ok(all),
+        }
+    }
+}
+
+/// Runs `entry` once for every way through it.
 pub(super) fn explore(
     machine: &Machine,
     entry: &Entry,
     limits: &Limits,
     (runs, rules_seen): (&mut usize, &mut usize),
 ) -> Result<Vec<Way>> {
-    let mut ways: Vec<Way> = Vec::new();
-    let mut plan: Vec<bool> = Vec::new();
-    loop {
-        *runs += 1;
-        if *runs > limits.runs {
-            return Err(too_many(machine, entry, limits));
-        }
-        machine.shared.borrow_mut().restart(plan);
-        let stated = machine.state_rules(entry, limits.seconds)?;
-        let rules = collect(machine, entry, &stated)?;
-        *rules_seen += rules.len();
-        if *rules_seen > MOST_RULES {
-            let (line, column) = machine.place(entry);
-            return Err(Error::new(format!(
-                "the script states more than {MOST_RULES} rules, over all its ways"
-            ))
-            .at(line, column)
-            .help("state fewer; `min(list)` and `max(list)` turn many numbers into one"));
-        }
-        let taken = std::mem::take(&mut machine.shared.borrow_mut().taken);
-        plan = taken.iter().map(|t| t.1).collect();
-        ways.push(Way { taken, rules });
-        while plan.last() == Some(&false) {
-            plan.pop();
-        }
-        match plan.last_mut() {
-            Some(last) => *last = false,
-            None => return Ok(ways),
-        }
-    }
+    let all = ways(
+        machine,
+        (runs, limits.runs),
+        || too_many(machine, entry, limits),
+        || {
+            let stated = machine.state_rules(entry, limits.seconds)?;
+            let rules = collect(machine, entry, &stated)?;
+            *rules_seen += rules.len();
+            if *rules_seen > MOST_RULES {
+                let (line, column) = machine.place(entry.function);
+                return Err(Error::new(format!(
+                    "the script states more than {MOST_RULES} rules, over all its ways"
+                ))
+                .at(line, column)
+                .help("state fewer; `min(list)` and `max(list)` turn many numbers into one"));
+            }
+            Ok(rules)
+        },
+    )?;
+    Ok(all.into_iter().map(|(taken, rules)| Way { taken, rules }).collect())
 }
 
 fn too_many(machine: &Machine, entry: &Entry, limits: &Limits) -> Error {
-    let (line, column) = machine.place(entry);
+    let (line, column) = machine.place(entry.function);
     Error::new(format!("`{}` compares unknowns in more than {} combinations", entry.function, limits.runs))
         .at(line, column)
         .help("write `constrain_link`, which is asked link by link, or use `min`, `max`, `any_of`")
 }
 
 impl Machine {
-    /// Where the function of an entry stands.
-    pub(super) fn place(&self, entry: &Entry) -> (usize, usize) {
-        self.dialect.functions.get(entry.function).map_or((1, 1), |d| d.spot)
+    /// Where a function of the script stands.
+    pub(super) fn place(&self, function: &str) -> (usize, usize) {
+        self.dialect.functions.get(function).map_or((1, 1), |d| d.spot)
     }
 }
 
@@ -119,7 +140,7 @@ fn gather(
 }
 
 fn no_rule(machine: &Machine, entry: &Entry, value: &Dynamic) -> Error {
-    let (function, place) = (entry.function, machine.place(entry));
+    let (function, place) = (entry.function, machine.place(entry.function));
     let plain = machine.shared.borrow().plain.filter(|_| value.is_bool());
     let (line, column) = plain.unwrap_or(place);
     let (what, help) = if value.is_unit() {

@@ -54,27 +54,62 @@ pub(super) fn children(op: &Op) -> Vec<Id> {
     }
 }
 
+/// The steps that compute `roots`, and their places among them.
+fn flatten(graph: &Graph, roots: &[Id]) -> (Vec<Step>, Vec<usize>) {
+    let count = roots.iter().map(|id| id.0 as usize + 1).max().unwrap_or(0);
+    let mut needed = vec![false; count];
+    roots.iter().for_each(|id| needed[id.0 as usize] = true);
+    for i in (0..needed.len()).rev() {
+        // The parts of an affine expression are known as a whole.
+        if needed[i] && graph.nodes[i].affine.is_none() {
+            let below = children(&graph.nodes[i].op);
+            below.into_iter().for_each(|c| needed[c.0 as usize] = true);
+        }
+    }
+    let mut place = vec![usize::MAX; needed.len()];
+    let mut steps = Vec::new();
+    for i in (0..needed.len()).filter(|&i| needed[i]) {
+        place[i] = steps.len();
+        let node = &graph.nodes[i];
+        steps.push(match &node.affine {
+            Some(row) => Step::Affine(row.clone()),
+            None => Step::new(&node.op, |id| place[id.0 as usize]),
+        });
+    }
+    (steps, roots.iter().map(|id| place[id.0 as usize]).collect())
+}
+
+/// Several values at once, in one pass and without gradients.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Flow {
+    steps: Vec<Step>,
+    outputs: Vec<usize>,
+}
+
+impl Flow {
+    /// The steps that compute `roots`.
+    pub(super) fn new(graph: &Graph, roots: &[Id]) -> Self {
+        let (steps, outputs) = flatten(graph, roots);
+        Self { steps, outputs }
+    }
+
+    /// The roots' values at `z`, into `out`; `values` is room to work in.
+    pub(super) fn run(&self, z: &[f64], values: &mut Vec<f64>, out: &mut [f64]) {
+        values.clear();
+        for step in &self.steps {
+            let value = step.value(z, values);
+            values.push(value);
+        }
+        for (slot, &place) in out.iter_mut().zip(&self.outputs) {
+            *slot = values[place];
+        }
+    }
+}
+
 impl Program {
     /// The steps that compute `id`.
     pub(super) fn new(graph: &Graph, id: Id) -> Self {
-        let mut needed = vec![false; id.0 as usize + 1];
-        needed[id.0 as usize] = true;
-        for i in (0..needed.len()).rev() {
-            if needed[i] {
-                let below = children(&graph.nodes[i].op);
-                below.into_iter().for_each(|c| needed[c.0 as usize] = true);
-            }
-        }
-        let mut place = vec![usize::MAX; needed.len()];
-        let mut steps = Vec::new();
-        for i in (0..needed.len()).filter(|&i| needed[i]) {
-            place[i] = steps.len();
-            let node = &graph.nodes[i];
-            steps.push(match &node.affine {
-                Some(row) => Step::Affine(row.clone()),
-                None => Step::new(&node.op, |id| place[id.0 as usize]),
-            });
-        }
+        let (steps, _) = flatten(graph, &[id]);
         let mut support: Vec<usize> = steps
             .iter()
             .filter_map(|s| if let Step::Affine(row) = s { Some(row) } else { None })

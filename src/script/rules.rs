@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::conic::{self, Cones, Naming};
 use super::engine::{Limits, Machine};
 use super::graph::{Graph, Id, Spot};
-use super::paths::{Entry, Way, explore};
+use super::paths::{Entry, Taken, Way, explore};
 use super::tracer::{Demand, Relation};
 use super::{Lowered, LoweredRule, Subject};
 use crate::error::{Error, Result};
@@ -44,7 +44,7 @@ pub(super) fn lower(
         builder.add(&ways, &prefix, stem, limits)?;
     }
     if builder.forms.is_empty() {
-        let (line, column) = calls.first().map_or((1, 1), |entry| machine.place(entry));
+        let (line, column) = calls.first().map_or((1, 1), |entry| machine.place(entry.function));
         return Err(Error::new("the script states no rule, whichever way it goes")
             .at(line, column)
             .help("return a list of rules; is the list of links empty?"));
@@ -103,7 +103,7 @@ impl Builder<'_> {
         } else {
             let ids: Vec<Id> =
                 leaves.iter().map(|leaf| margin(graph, *leaf, first)).collect::<Result<_, _>>()?;
-            Demand::Margin(choice(graph, ways, &ids, 0)?)
+            Demand::Margin(choice(graph, &ways.iter().map(|w| &w.taken).collect::<Vec<_>>(), &ids, 0)?)
         };
         let label = first.label.clone().unwrap_or_else(|| format!("{stem} line {}", first.spot.0));
         let label = self.unique(format!("{prefix}{label}"));
@@ -149,15 +149,15 @@ fn margin(graph: &mut Graph, leaf: Option<&Relation>, like: &Relation) -> Result
 }
 
 /// The node that takes the value of the way that the unknowns choose.
-fn choice(graph: &mut Graph, ways: &[Way], ids: &[Id], depth: usize) -> Result<Id, String> {
+pub(super) fn choice(graph: &mut Graph, ways: &[&Taken], ids: &[Id], depth: usize) -> Result<Id, String> {
     let (Some(first), [one, rest @ ..]) = (ways.first(), ids) else {
         return Err("no way leads here".into());
     };
     if rest.iter().all(|id| id == one) {
         return Ok(*one);
     }
-    let test = first.taken.get(depth).ok_or("the script behaves differently from run to run")?.0;
-    let split = ways.partition_point(|w| w.taken.get(depth).is_some_and(|t| t.1));
+    let test = first.get(depth).ok_or("the script behaves differently from run to run")?.0;
+    let split = ways.partition_point(|w| w.get(depth).is_some_and(|t| t.1));
     if split == 0 || split == ways.len() {
         return choice(graph, ways, ids, depth + 1);
     }

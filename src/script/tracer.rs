@@ -220,6 +220,10 @@ pub(super) fn kind(value: &Dynamic) -> &'static str {
         "a link"
     } else if value.is::<super::subject::RobotView>() {
         "the robot"
+    } else if value.is::<super::effect::JointView>() {
+        "a joint"
+    } else if value.is::<super::effect::Moment>() {
+        "a moment of the motion"
     } else if value.is_bool() {
         "true or false"
     } else if value.is_string() {

@@ -3,6 +3,7 @@
 use rhai::{EvalAltResult, LexError, ParseError, ParseErrorType, Position};
 
 use super::dialect::Dialect;
+use super::effect;
 use super::engine::{CANCELLED, OUT_OF_TIME};
 use super::functions::FUNCTIONS;
 use super::subject::PROPERTIES;
@@ -97,7 +98,7 @@ fn explain(error: &EvalAltResult, dialect: &Dialect, seconds: f64) -> Error {
         }
         E::ErrorDotExpr(what, _) | E::ErrorIndexingType(what, _) => property(what),
         E::ErrorPropertyNotFound(name, _) => Error::new(format!("the map has no `{name}`"))
-            .help("settings are those that `fn settings()` of the script returns"),
+            .help("settings are those that `fn settings()` returns, memory what `fn about()` lists"),
         E::ErrorVariableNotFound(name, _) => Error::new(format!("nothing is called `{name}` here"))
             .help("a function sees its own arguments and `let`s, nothing from outside"),
         E::ErrorMismatchDataType(wanted, got, _) if wanted == "bool" => Error::new(format!(
@@ -148,7 +149,7 @@ fn readable(signature: &str) -> String {
 fn property(what: &str) -> Error {
     let wrong = what.split('\'').nth(1).unwrap_or_default();
     let owner = what.split('\'').nth(3).unwrap_or_default();
-    match PROPERTIES.iter().find(|(name, _)| *name == owner) {
+    match PROPERTIES.iter().chain(&effect::PROPERTIES).find(|(name, _)| *name == owner) {
         Some((_, list)) => {
             let names: Vec<String> = list.split(", ").map(str::to_string).collect();
             Error::new(format!("a {owner} has no `{wrong}`")).help(known(wrong, &names))

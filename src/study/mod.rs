@@ -120,6 +120,9 @@ fn named(folder: &Path, file: &Path) -> Result<PathBuf> {
 impl<'a> Study<'a> {
     fn new(path: &Path, mut scenario: Scenario, options: Options<'a>) -> Result<Self> {
         let folder = path.parent().unwrap_or(Path::new(".")).to_path_buf();
+        for effect in &mut scenario.effects {
+            effect.load(&folder)?;
+        }
         for constraint in &mut scenario.constraints {
             constraint.load(&folder)?;
         }

@@ -1,4 +1,4 @@
-//! Files that constraints name: relative to the scenario, and never outside its repository or folder.
+//! Files that scenarios name: relative to the scenario, and never outside its repository or folder.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 /// # Errors
 /// When it is absolute, is not there, or leaves the repository (the nearest folder upwards that holds
 /// `.git`), or `folder` itself where there is no repository; links are followed first.
-pub(super) fn inside(folder: &Path, path: &Path) -> Result<PathBuf> {
+pub(crate) fn inside(folder: &Path, path: &Path) -> Result<PathBuf> {
     let error = |text: String| Error::new(text).in_file(path);
     if path.components().any(|c| matches!(c, Component::RootDir | Component::Prefix(_))) {
         return Err(error("the path is absolute".into()).help("write it relative to the scenario file"));
