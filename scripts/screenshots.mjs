@@ -33,6 +33,6 @@ if (process.argv[2]) {
     await picture(browser, address, `${name}-narrow`, { width: 390 });
   }
 } else {
-  await picture(browser, mystery(), "report", { only: ["missing", "torque", "where"] });
+  await picture(browser, mystery(), "report", { width: 1080, height: 1850, only: ["missing", "torque", "where"] });
 }
 await browser.close();

@@ -238,6 +238,22 @@ pub struct Interval {
     pub unit: String,
 }
 
+/// Width of an interval, in parts of its larger end, from which it counts as open.
+const OPEN: f64 = 0.01;
+/// Width that counts as none: 10 mg, 10 um, 0.1 kg cm^2.
+const NARROW: f64 = 1e-5;
+
+impl Interval {
+    /// Whether data and constraints leave the parameter open: more than 1 % of its larger end, and more than
+    /// 10 mg, 10 um or 0.1 kg cm².
+    pub fn is_open(&self) -> bool {
+        match (self.low, self.high) {
+            (Some(low), Some(high)) => high - low > (OPEN * low.abs().max(high.abs())).max(NARROW),
+            _ => true,
+        }
+    }
+}
+
 /// Parameters chosen among equally good ones.
 #[derive(Debug, Clone, Serialize)]
 pub struct Chosen {

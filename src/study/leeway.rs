@@ -10,11 +10,6 @@ use crate::scenario::Choice;
 use super::Study;
 use super::retrieval::{CHOSEN, Candidate, FromEngines, judge};
 
-/// Width of an interval, in parts of its larger end, from which it counts as open.
-const OPEN: f64 = 0.01;
-/// Width that counts as none: 10 mg, 10 um, 0.1 kg cm^2.
-const NARROW: f64 = 1e-5;
-
 /// What is left open.
 #[derive(Default)]
 pub(super) struct Leeway {
@@ -91,12 +86,8 @@ impl Study<'_> {
         let reach = if found.global { "" } else { " as far as steps from the best engine's answer lead" };
         let status = format!("{rule}{reach}; the choice decided, not the data");
         let retrieval = judge(("choice", CHOSEN, &status), space, problem, &found.z, None);
-        let open = |i: &&Interval| match (i.low, i.high) {
-            (Some(low), Some(high)) => high - low > (OPEN * low.abs().max(high.abs())).max(NARROW),
-            _ => true,
-        };
-        let decided =
-            intervals.unwrap_or_default().iter().filter(open).map(|i| i.parameter.clone()).collect();
+        let open = intervals.unwrap_or_default().iter().filter(|i| i.is_open());
+        let decided = open.map(|i| i.parameter.clone()).collect();
         Ok(Some((Chosen { rule, largest_objective: level, decided, retrieval }, found.z)))
     }
 

@@ -5,6 +5,8 @@ import { measured, num, percent } from "./numbers.js";
 
 /** A name for people. */
 export const words = (name) => name.replaceAll("_", " ");
+/** Unit of a joint's torque. */
+const unitOf = (data, name) => data.pictures?.joints.find((j) => j[0] === name)?.[2] ?? "N m";
 const joints = (list) => (list.length ? list.join(", ") : "the whole robot");
 
 /** A section with its title. */
@@ -49,16 +51,17 @@ function sentence(line) {
 }
 
 /** One card per missing effect, then what has no name. */
-export function missing(d) {
+export function missing(data) {
+  const d = data.diagnosis;
   if (!d.missing.length && !d.minor.length && !d.unexplained.length) return null;
   const most = Math.max(...d.missing.map((m) => m.gain_percent), 1e-9);
   return section("missing", "What is missing", "Most important first. Everything was fitted again with each effect; gains are counted in data that the fit had not seen.",
-    d.missing.map((m) => card(m, most)), d.unexplained.map(unknown),
+    d.missing.map((m) => card(data, m, most)), d.unexplained.map(unknown),
     d.minor.length > 0 && h("details", {}, h("summary", {}, `${d.minor.length} more, significant but small`),
-      d.minor.map((m) => card(m, most))));
+      d.minor.map((m) => card(data, m, most))));
 }
 
-function card(m, most) {
+function card(data, m, most) {
   return h("article.card", {},
     h("h3", {}, effectName(m.effect), h("span.where", {}, ` on ${joints(m.joints)}`)),
     h("p.equation", {}, m.equation),
@@ -68,16 +71,16 @@ function card(m, most) {
       h("div", {},
         h("p", {}, term("gain"), " ", bar(m.gain_percent / most, percent(m.gain_percent))),
         h("p", {}, term("z"), ` ${num(m.z)}`, ` · ${m.where}`),
-        beforeAfter(m.held_out_rms),
+        beforeAfter(data, m.held_out_rms),
         m.also_possible.length > 0 && h("p.caution", {}, term("also possible"), `: ${m.also_possible.map(words).join(", ")}`),
         m.remainder && h("p.caution", {}, `left over: ${m.remainder}`))));
 }
 
-function beforeAfter(rms) {
+function beforeAfter(data, rms) {
   const rows = Object.entries(rms);
   if (!rows.length) return null;
   return h("ul.steps", {}, rows.map(([joint, [before, after]]) =>
-    h("li", {}, `${joint} `, bar(after / Math.max(before, 1e-300), `${num(before)} → ${num(after)}`, { behind: 1 }))));
+    h("li", {}, `${joint} `, bar(after / Math.max(before, 1e-300), `${num(before)} → ${num(after)} ${unitOf(data, joint)} rms`, { behind: 1 }))));
 }
 
 function unknown(u) {
@@ -125,7 +128,7 @@ export function ladder(data) {
   const note = floor === null ? "The motion does not repeat, so there is no floor to compare with."
     : `The thin line is the floor that repetitions set, ${percent(floor)}.`;
   return section("ladder", "Ladder", `Pooled held-out error with one effect after the other, in the order in which they were found. ${note}`,
-    table("Ladder: held-out error with one effect after the other", ["step", "on", "error of all joints", ...d.joints.map((j) => `${j.name} rms`)], rows));
+    table("Ladder: held-out error with one effect after the other", ["step", "on", "error of all joints", ...d.joints.map((j) => `${j.name} rms [${unitOf(data, j.name)}]`)], rows));
 }
 
 /** Every candidate, whether it won or not. */
@@ -135,7 +138,7 @@ export function ranking(data) {
   const most = Math.max(...all.map((r) => r.usefulness), 1e-9);
   const rows = all.map((r) => [h("span", {}, effectName(r.effect), h("span.where", {}, ` ${r.symbols.join(", ")}`)), r.joint ?? "the whole robot",
     bar(r.usefulness / most, num(r.usefulness)), percent(r.gain_percent), num(r.z),
-    `${num(r.rms[0])} → ${num(r.rms[1])}`, r.rms_joint, status(r, data.diagnosis)]);
+    `${num(r.rms[0])} → ${num(r.rms[1])} ${unitOf(data, r.rms_joint)}`, r.rms_joint, status(r, data.diagnosis)]);
   const head = () => ["candidate", "on", h("span", {}, "gain over the ", term("noise floor")), term("gain"), term("z"), "rms before → after", "of", "what became of it"];
   const first = 12;
   return section("candidates", "Candidates", `Every effect of the catalogue beside the starting model, each fitted alone with it, ranked by held-out gain in units of each joint's noise floor. Believed from z ${num(data.diagnosis.gate[0])} on; sign flips of these data reach ${num(data.diagnosis.gate[1])}.`,

@@ -63,7 +63,7 @@ export function torque(data) {
   });
   const note = h("span", {}, "All plots share one time axis. Drag to zoom, shift-drag to move, double-click to see all; with a plot in focus the wheel and the keys + − ← → and Home do the same. ",
     term("envelope", "Nothing is left out"), ".");
-  const result = section("torque", "Torque, measured and modelled", note, legend(p),
+  const result = section("torque", "Torque, measured and modelled", note, legend(p, data.diagnosis?.joints.some((j) => j.repeat_floor_rms !== null)),
     h("div.tools", {}, traceChoice(p, load), jointChoice(p, state, rebuild), zoomButtons(axis), where), list);
   load(0);
   return result;
@@ -103,11 +103,11 @@ function zoomButtons(axis) {
     button("all", "whole log", () => axis.reset()));
 }
 
-function legend(p) {
+function legend(p, floors) {
   const item = (tone, text) => h("li", {}, h(`span.swatch.${tone}`, { "aria-hidden": "true" }), text);
   return h("ul.legend", {}, item("measured", "measured"),
     p.models.map(([label, heldOut], k) => item(tones(p)[k], `${label}${heldOut ? " (held out)" : ""}`)),
-    item("band", p.models.length > 1 ? "shaded in the residual: what repetitions differ by" : "shaded: events"));
+    floors && item("band", "shaded in the residual: what repetitions differ by"));
 }
 
 function jointFigure(data, state, axis, k) {
@@ -242,8 +242,8 @@ export function maps(data) {
     ].filter(Boolean));
   };
   controls();
-  const figures = p.models.map(([label, heldOut], m) => h("figure", {}, h("figcaption", {}, h("h3", {}, `${label}${heldOut && state.trace === 0 ? ", held out" : ""}`)), holders[m]));
-  const result = section("where", "Where it fails", "Residual over any two variables. Both maps share one scale. Arrow keys read single cells.",
+  const figures = p.models.map(([label], m) => h("figure", {}, h("figcaption", {}, h("h3", {}, label)), holders[m]));
+  const result = section("where", "Where it fails", `Residual${p.models[0][1] ? ", held out," : ""} over any two variables; empty where fewer than three rows lie. The maps share one scale. Arrow keys read single cells.`,
     tools, h("div.pair", {}, figures), scale, tell, worst, regions(data));
   queueMicrotask(draw);
   return result;
@@ -285,7 +285,7 @@ export function partials(data) {
   const given = p.effects.filter((e) => !e.found);
   if (!p.effects.length) return null;
   const draw = (list) => h("div.grid", {}, list.map((e) => partialFigure(p, e)));
-  const more = given.length > 0 && asTable(`${given.length} effects of the starting model`, () => draw(given));
+  const more = given.length > 0 && asTable(found.length || data.diagnosis ? `${given.length} effects of the starting model` : `${given.length} effects of the model`, () => draw(given));
   const note = h("span", {}, term("partial residual", "Partial residuals"), ": dots are means of neighbouring rows, the grey band holds eight tenths of them, the blue line is the effect as fitted. Dots off the line mean that the shape is not right.");
   return section("effects", "Each effect against its own variable", note, draw(found), more);
 }

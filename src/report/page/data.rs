@@ -12,8 +12,10 @@ use crate::effects::CATALOGUE;
 use crate::error::{Error, Result};
 use crate::report::pictures::{EffectShare, Partial, Pictures, Role, Trace, envelope};
 
-/// Rows of one log beyond which series are kept as envelopes; no picture has that many columns.
-const MOST_ROWS: usize = 20_000;
+/// Bytes that all series together may take; longer ones are kept as envelopes.
+const BUDGET: usize = 2_500_000;
+/// Stretches of one log at least: as many as a screen has columns.
+const LEAST_STRETCHES: usize = 2_000;
 
 /// Everything the page's script reads.
 #[derive(Serialize)]
@@ -24,6 +26,8 @@ pub(super) struct Data {
     diagnosis: Value,
     report: Value,
     pictures: Option<PicturesJson>,
+    /// Parameters that data and constraints leave open.
+    open: Vec<String>,
     /// Title, text and equation of every effect of the catalogue.
     catalogue: BTreeMap<&'static str, [&'static str; 3]>,
     glossary: Value,
@@ -33,6 +37,7 @@ impl Data {
     pub fn of(page: &Page<'_>) -> Result<Self> {
         let catalogue =
             CATALOGUE.iter().map(|e| (e.about.name, [e.about.title, e.about.text, e.about.equation]));
+        let open = page.report.and_then(|r| r.intervals.as_deref()).unwrap_or_default().iter();
         Ok(Self {
             lacuna: env!("CARGO_PKG_VERSION"),
             title: page.title.to_string(),
@@ -40,6 +45,7 @@ impl Data {
             diagnosis: without_timing(value(&page.diagnosis)?),
             report: without_timing(value(&page.report)?),
             pictures: page.pictures.map(PicturesJson::of),
+            open: open.filter(|i| i.is_open()).map(|i| i.parameter.clone()).collect(),
             catalogue: catalogue.collect(),
             glossary: serde_json::from_str(super::GLOSSARY).map_err(|e| trouble(&e))?,
         })
@@ -95,15 +101,26 @@ struct Series {
 }
 
 impl Series {
-    fn of(values: &[f64]) -> Self {
-        let small = envelope(values, MOST_ROWS);
+    fn of(values: &[f64], most: usize) -> Self {
+        let small = envelope(values, most);
         let high = (small.every > 1).then(|| Floats::of(small.high.iter().copied()));
         Self { every: small.every, low: Floats::of(small.low.into_iter()), high }
     }
 
-    fn all(columns: &[Vec<f64>]) -> Vec<Self> {
-        columns.iter().map(|c| Self::of(c)).collect()
+    fn all(columns: &[Vec<f64>], most: usize) -> Vec<Self> {
+        columns.iter().map(|c| Self::of(c, most)).collect()
     }
+}
+
+/// How many stretches the series of one log may have so that all fit into the page.
+fn stretches(p: &Pictures) -> usize {
+    let of_log = |t: &Trace| {
+        let (joints, models) = (p.joints.len(), p.models.len());
+        let (series, points) = (joints * (1 + 2 * models), joints * (4 + models) + t.channels.len());
+        // Four bytes are six letters of base64, nearly; an envelope has two numbers.
+        6 * (2 * series + points)
+    };
+    (BUDGET / p.traces.iter().map(of_log).sum::<usize>().max(1)).max(LEAST_STRETCHES)
 }
 
 #[derive(Serialize)]
@@ -147,7 +164,6 @@ struct EffectJson {
     effect: String,
     found: bool,
     joint: usize,
-    torque: Vec<Series>,
     partials: Vec<PartialJson>,
 }
 
@@ -189,10 +205,11 @@ impl PicturesJson {
             rms_joint: r.rms_joint.clone(),
             passes: r.passes,
         };
+        let most = stretches(p);
         Self {
             joints: p.joints.iter().map(|j| [j.name.clone(), j.position.into(), j.torque.into()]).collect(),
             models: p.models.iter().map(|m| (m.label.clone(), m.held_out)).collect(),
-            traces: p.traces.iter().map(|t| TraceJson::of(t, p.models.len())).collect(),
+            traces: p.traces.iter().map(|t| TraceJson::of(t, p.models.len(), most)).collect(),
             effects: p.effects.iter().map(EffectJson::of).collect(),
             ranking: p.ranking.iter().map(ranked).collect(),
             climb: serde_json::to_value(&p.climb).unwrap_or(Value::Null),
@@ -201,7 +218,7 @@ impl PicturesJson {
 }
 
 impl TraceJson {
-    fn of(t: &Trace, models: usize) -> Self {
+    fn of(t: &Trace, models: usize, most: usize) -> Self {
         let residuals: Vec<Vec<Vec<f64>>> = (0..models).map(|m| t.residual(m)).collect();
         let role = match t.role {
             Role::Fitted => "fitted",
@@ -214,17 +231,17 @@ impl TraceJson {
             start_s: t.rows.start,
             dt_s: t.rows.dt,
             rows: t.rows.count,
-            measured: Series::all(&t.measured),
-            models: t.models.iter().map(|m| Series::all(m)).collect(),
-            residuals: residuals.iter().map(|r| Series::all(r)).collect(),
-            points: Points::of(t, &residuals),
+            measured: Series::all(&t.measured, most),
+            models: t.models.iter().map(|m| Series::all(m, most)).collect(),
+            residuals: residuals.iter().map(|r| Series::all(r, most)).collect(),
+            points: Points::of(t, &residuals, most),
         }
     }
 }
 
 impl Points {
-    fn of(t: &Trace, residuals: &[Vec<Vec<f64>>]) -> Self {
-        let every = t.rows.count.div_ceil(MOST_ROWS).max(1);
+    fn of(t: &Trace, residuals: &[Vec<Vec<f64>>], most: usize) -> Self {
+        let every = t.rows.count.div_ceil(most).max(1);
         let pick = |column: &Vec<f64>| Floats::of(column.iter().copied().step_by(every));
         let all = |columns: &[Vec<f64>]| -> Vec<Floats> { columns.iter().map(pick).collect() };
         Self {
@@ -245,7 +262,6 @@ impl EffectJson {
             effect: e.effect.clone(),
             found: e.found,
             joint: e.joint,
-            torque: Series::all(&e.torque),
             partials: e.partials.iter().map(PartialJson::of).collect(),
         }
     }

@@ -3,7 +3,7 @@ import { doubts, jointTable, ladder, missing, opening, ranking, section, signals
 import { repaint } from "./canvas.js";
 import { maps, partials, torque } from "./curves.js";
 import { h } from "./dom.js";
-import { friction, identifications, intervals, retrievals, warnings } from "./study.js";
+import { friction, identifications, retrievals, warnings } from "./study.js";
 
 /** Names in the list of sections, where the title is too long for it. */
 const SHORT = { missing: "Missing", joints: "Joints", torque: "Torque", where: "Where", effects: "Effects", doubts: "Doubts", retrieval: "Link parameters" };
@@ -54,7 +54,7 @@ function sections(data) {
   const { diagnosis: d, report, pictures } = data;
   const drawn = pictures?.traces.length > 0;
   return [
-    d && missing(d),
+    d && missing(data),
     d && jointTable(data),
     report && warnings(report),
     drawn && torque(data),
@@ -63,8 +63,7 @@ function sections(data) {
     d && ranking(data),
     d && ladder(data),
     d && doubts(d),
-    report && retrievals(report),
-    report && intervals(report),
+    report && retrievals(data),
     report && identifications(report),
     report && friction(report),
     d && signals(d),

@@ -53,16 +53,18 @@ export function friction(report) {
 }
 
 /** Engines on the same problem, side by side. */
-export function retrievals(report) {
+export function retrievals(data) {
+  const report = data.report;
   const found = report.retrievals ?? [];
   if (!found.length && !report.conflict) return null;
   const all = [report.given, ...found, report.chosen?.retrieval].filter(Boolean);
   if (report.conflict || !all.length) return contradiction(report.conflict ?? []);
   const each = (value) => all.map(value);
+  const most = Math.max(...each((r) => r.objective));
   const rows = [
     ["engine", ...each((r) => r.engine)],
     [term("feasible"), ...each((r) => (r.feasible ? "yes" : "no"))],
-    [term("objective"), ...each((r) => `${num(r.objective, 6)} ${r.objective_unit}`)],
+    [term("objective"), ...each((r) => bar(r.objective / most, num(r.objective, 6)))],
     [term("lower bound"), ...each((r) => num(r.lower_bound, 6))],
     [h("span", {}, "certified ", term("gap")), ...each((r) => percent(r.certified_gap_percent))],
     ["the bound is", ...each((r) => r.bound_is ?? "–")],
@@ -70,11 +72,11 @@ export function retrievals(report) {
     ["runs × stages", ...each((r) => `${r.runs} × ${r.stages}`)],
     ["how it ended", ...each((r) => r.status)],
   ];
-  return section("retrieval", "Feasible link parameters, engine by engine", "All engines solve the same problem and are judged by the same audit.",
-    table("Engines side by side", ["", ...each((r) => r.label)], rows),
+  return section("retrieval", "Feasible link parameters, engine by engine", `All engines solve the same problem and are judged by the same audit. Objective: ${all[0].objective_unit}.`,
+    table("Engines side by side", ["", ...each((r) => r.label)], rows, { class: "left" }),
     all.some((r) => r.bound_is === "relaxation") && h("p.note", {}, "The bound is that of the convex relaxation: the optimum may lie above it."),
     report.chosen && h("p.note", {}, `Chosen: ${report.chosen.rule}, among all with an objective up to ${num(report.chosen.largest_objective, 5)}. The choice decided, not the data: ${report.chosen.decided.join(", ") || "nothing was open"}.`),
-    margins(all), links(report, all), errors(report));
+    margins(all), links(report, all), leeway(data), errors(report, each((r) => r.label)));
 }
 
 function contradiction(conflict) {
@@ -107,16 +109,17 @@ function links(report, all) {
     const add = (what, key, unit, value) => rows.push([`${link.name} ${what}`, ...all.map((r) => num(value(r.links[k]), 5)), ...(range.size ? [interval(key)] : []), unit]);
     add("mass", `m${k + 1}`, "kg", (l) => l.mass);
     ["x", "y", "z"].forEach((axis, i) => add(`centre of mass ${axis}`, `c${k + 1}${axis}`, "m", (l) => l.com?.[i] ?? null));
-    TENSOR.forEach((e, i) => add(`inertia ${e}`, `J${k + 1}${e}`, "kg m²", (l) => l.inertia[i]));
+    // Intervals of inertia are about the link origin and stand in their own table.
+    TENSOR.forEach((e, i) => add(`inertia ${e}`, "", "kg m²", (l) => l.inertia[i]));
   });
   return h("details", {}, h("summary", {}, `${all[0].links.length} links, ${rows.length} parameters`),
     table("Link parameters of every engine; inertia about the centre of mass", ["parameter", ...all.map((r) => r.label), ...(range.size ? [term("interval")] : []), "unit"], rows));
 }
 
-function errors(report) {
+function errors(report, order) {
   const mse = report.comparison?.validation_mse;
   if (!mse || !Object.keys(mse).length) return null;
-  const labels = Object.keys(mse);
+  const labels = order.filter((label) => mse[label]);
   const { joints, data, fitted, relative_error_percent: all } = report.comparison;
   const rows = joints.map((joint) => [joint, ...labels.map((l) => num(mse[l][joint], 4))]);
   rows.push([h("span", {}, term("relative error"), " of all joints"), ...labels.map((l) => percent(all[l]))]);
@@ -124,11 +127,13 @@ function errors(report) {
 }
 
 /** What data and constraints leave open. */
-export function intervals(report) {
-  const all = report.intervals ?? [];
-  if (!all.length || report.retrievals?.length) return null;
-  return section("intervals", "Intervals", null, table("What data and constraints leave open", ["parameter", "low", "high", "unit"],
-    all.map((i) => [i.parameter, num(i.low, 5), num(i.high, 5), i.unit])));
+function leeway(data) {
+  const all = data.report.intervals ?? [];
+  if (!all.length) return null;
+  const open = new Set(data.open);
+  const rows = all.map((i) => [i.parameter, num(i.low, 5), num(i.high, 5), i.unit, open.has(i.parameter) ? "left open: constraints and prior decide" : "determined by data and constraints"]);
+  return h("details", { open: rows.length <= 30 }, h("summary", {}, `${all.length} intervals; ${data.open.length} parameters are left open`),
+    table("All values that data and constraints leave open; inertia J about the link origin", [term("interval", "parameter"), "low", "high", "unit", "what decides"], rows));
 }
 
 export function warnings(report) {

@@ -93,7 +93,8 @@ fn long_logs_stay_small_and_keep_their_spikes() {
     let html = page("long", &pictures);
     assert!(html.len() < 4_000_000, "{} bytes", html.len());
     let series = &json(&html)["pictures"]["traces"][0]["measured"][0];
-    assert_eq!(series["every"], 50);
+    let every = series["every"].as_u64().expect("a number");
+    assert!((10..=500).contains(&every), "{every}");
     let high = base64::Engine::decode(
         &base64::engine::general_purpose::STANDARD,
         series["high"].as_str().expect("an envelope"),
