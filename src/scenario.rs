@@ -81,6 +81,10 @@ pub struct Scenario {
     /// slack. Not computed when not given.
     #[serde(default)]
     pub intervals: Option<Slack>,
+    /// Published coefficients to retrieve link parameters from, in place of the identified ones; those that
+    /// the identification dropped are left out all the same.
+    #[serde(default)]
+    pub retrieve_from: Option<PathBuf>,
     /// Which of many equally good sets of link parameters to take; the best engine's when not given.
     #[serde(default)]
     pub choice: Option<Choice>,
@@ -92,7 +96,8 @@ pub struct Scenario {
 pub enum Choice {
     /// Nearest to the inertias of a robot file, in the log-determinant sense.
     Nearest {
-        /// URDF or Denavit-Hartenberg file; the scenario's own robot when not given.
+        /// URDF or Denavit-Hartenberg file of the same robot, whose link frames may differ; the scenario's own
+        /// robot when not given.
         #[serde(default)]
         prior: Option<PathBuf>,
     },
@@ -355,6 +360,10 @@ impl Scenario {
         if self.intervals.is_some_and(|slack| !slack.is_usable()) {
             return Err(Error::new("`intervals` needs a slack that is finite and not negative")
                 .help("`intervals: ()` takes a thousandth of the objective"));
+        }
+        if self.retrieve_from.is_some() && self.objective == Objective::Torque {
+            return Err(Error::new("`retrieve_from` gives coefficients, `objective: Torque` asks for none")
+                .help("leave one of the two out"));
         }
         let Some(Poses::ReadOut { count, noise_percent, .. }) = &self.poses else { return Ok(()) };
         if !(1..=MOST_POSES).contains(count) {

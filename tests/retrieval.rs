@@ -32,7 +32,7 @@ fn study(scenario: &str, out: &Path) -> (Value, String) {
     (json(&out.join("report.json")), String::from_utf8(output.stdout).expect("text"))
 }
 
-/// All but the paths at the end.
+/// All but paths, whose length is not the program's.
 fn fits_the_screen(text: &str) {
     let mut lines = text.lines().take_while(|line| !line.starts_with("written"));
     assert!(lines.all(|line| line.chars().count() <= 80), "{text}");
@@ -69,7 +69,33 @@ fn exact_coefficients_leave_the_two_link_robots_masses_open_and_the_choice_decid
     assert!(text.contains("The choice decided, not the data"), "{text}");
     fits_the_screen(&text);
     finished_model(&out);
+    prior_in_another_file(&out);
     std::fs::remove_dir_all(&out).expect("it was there");
+}
+
+/// A prior in a URDF, whose link frames lie elsewhere, means the same bodies: when it is itself one of the
+/// equally good answers it comes back.
+fn prior_in_another_file(out: &Path) {
+    let root = std::env::current_dir().expect("a folder");
+    let text = std::fs::read_to_string("scenarios/two_link_intervals.ron").expect("it is there");
+    let text = text
+        .replace("../robots/", &format!("{}/robots/", root.display()))
+        .replace("two_link_coefficients", &format!("{}/scenarios/two_link_coefficients", root.display()))
+        .replace("choice: Uniform", "choice: Nearest(prior: \"exported.urdf\")");
+    let scenario = out.join("again.ron");
+    std::fs::write(&scenario, text).expect("written");
+    let before = json(&out.join("report.json"));
+    let (after, text) = study(scenario.to_str().expect("plain"), &out.join("again"));
+    assert!(text.contains("nearest to the inertias of exported.urdf"), "{text}");
+    for link in 0..2 {
+        let of = |report: &Value| report["chosen"]["retrieval"]["links"][link].clone();
+        let (before, after) = (of(&before), of(&after));
+        let near = |a: &Value, b: &Value| (number(a) - number(b)).abs() < 2e-3 * number(a).abs().max(1.0);
+        assert!(near(&before["mass"], &after["mass"]), "{before} {after}");
+        for axis in 0..3 {
+            assert!(near(&before["com"][axis], &after["com"][axis]), "{before} {after}");
+        }
+    }
 }
 
 /// `model.ron` serves the other commands, and means the same robot as its export.
@@ -175,6 +201,35 @@ fn published_and_retrieved_parameters_predict_the_public_log_as_well_as_they_sho
         assert!(number(&row["certified_gap_percent"]) < 1.0, "{text}");
     }
     assert!(text.contains("mean force [N] that each joint carries"), "{text}");
+    fits_the_screen(&text);
+    std::fs::remove_dir_all(&out).expect("it was there");
+}
+
+#[test]
+fn the_panda_study_retrieves_from_the_published_coefficients() {
+    let out = folder("panda");
+    let (report, text) = study("scenarios/panda.ron", &out);
+    // The optimum is certified from both sides by two other solvers; the published parameters are feasible.
+    for (label, lowest, highest) in [
+        ("penalty", 3.726_204e-4, 3.7263e-4),
+        ("penalty_paper", 3.726_204e-4, 3.7265e-4),
+        ("lmi", 3.726_204e-4, 3.7265e-4),
+        ("given", 1.23435e-3, 1.23437e-3),
+    ] {
+        let rows = report["retrievals"].as_array().expect("a list").iter().chain([&report["given"]]);
+        let row = rows.into_iter().find(|r| r["label"] == label).expect("it has a row");
+        let objective = number(&row["objective"]);
+        assert!((lowest..=highest).contains(&objective), "{label}: {objective:e}");
+        assert_eq!(
+            (&row["feasible"], &row["bound_is"]),
+            (&Value::Bool(true), &Value::from("exact")),
+            "{row}"
+        );
+        assert!((3.7261e-4..=3.72621e-4).contains(&number(&row["lower_bound"])), "{row}");
+        assert!(number(&row["least_margin"]) >= -1e-9, "{row}");
+    }
+    assert!(text.contains("squared distance to 41 coefficients of panda_table3.ron"), "{text}");
+    assert!(text.contains("\n  joint7 "), "joints are named: {text}");
     fits_the_screen(&text);
     std::fs::remove_dir_all(&out).expect("it was there");
 }

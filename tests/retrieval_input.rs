@@ -70,6 +70,24 @@ fn an_engine_that_is_not_built_in_says_how_to_get_it() {
 }
 
 #[test]
+fn what_cannot_be_retrieved_from_or_compared_with_is_refused_at_once() {
+    let engines = r#"presets: ["panda_bounds.ron"], engines: [{"penalty": (runs: 100)}]"#;
+    refused(&format!(r#"{engines}, retrieve_from: "none.ron""#), &["study.ron", "none.ron"]);
+    refused(&format!(r#"{engines}, retrieve_from: "panda.ron""#), &["panda.ron:"]);
+    refused(
+        &format!(r#"{engines}, retrieve_from: "panda_table3.ron", objective: Torque"#),
+        &["`retrieve_from` gives coefficients", "leave one of the two out"],
+    );
+    refused(&format!(r#"{engines}, choice: Nearest(prior: "none.urdf")"#), &["none.urdf"]);
+    let two = std::fs::read("robots/two_link.ron").expect("it is there");
+    refused_beside(
+        &format!(r#"{engines}, choice: Nearest(prior: "two.ron")"#),
+        &[("two.ron", &two)],
+        &["two.ron", "has 2 moving links, not 7", "same robot"],
+    );
+}
+
+#[test]
 fn bounds_that_leave_nothing_are_refused() {
     let swapped =
         r#"constraints: [{"parameter_bounds": (bounds: {"m1": (2.0, 1.0)})}], engines: [{"penalty": ()}]"#;

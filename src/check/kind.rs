@@ -89,6 +89,7 @@ const FIELDS: [(Kind, &[&str]); 7] = [
             "engines",
             "intervals",
             "choice",
+            "retrieve_from",
         ],
     ),
     (

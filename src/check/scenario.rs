@@ -130,7 +130,8 @@ fn retrieval(scenario: &Scenario) -> String {
         scenario.presets.iter().map(|file| format!("those of {}", file.display())).collect();
     under.extend(scenario.constraints.iter().map(|c| c.about().name.to_string()));
     let under = if under.is_empty() { "no constraint".to_owned() } else { under.join(", ") };
-    format!("retrieve feasible link parameters with {} under {under}", engines.join(" and "))
+    let from = scenario.retrieve_from.as_ref().map_or(String::new(), |f| format!(" from {}", f.display()));
+    format!("retrieve feasible link parameters{from} with {} under {under}", engines.join(" and "))
 }
 
 fn signals(scenario: &Scenario) -> Vec<String> {
@@ -196,6 +197,7 @@ impl Look<'_> {
             None => {}
         }
         coefficients.extend(scenario.friction.iter().filter_map(|f| f.coefficients.as_ref()));
+        coefficients.extend(&scenario.retrieve_from);
         let published = scenario.friction.as_ref().and_then(|f| f.published.as_ref());
         if let (Some(file), Some((robot, _))) = (published, robot) {
             let path = self.folder.join(file);

@@ -24,7 +24,8 @@ pub(super) fn examine(path: &Path, options: &Options, report: &mut Report) -> Re
     report.remarks.extend(remark(&explanation));
     report.script = Some(explanation);
     report.next = vec![
-        format!("in a scenario: constraints: [{{\"script\": (path: \"{}\")}}]", path.display()),
+        "in a scenario:".into(),
+        format!("constraints: [{{\"script\": (path: \"{}\")}}]", path.display()),
         "with the path from there, and `links: Only([..])`, `with: {..}` as needed".into(),
     ];
     Ok(())

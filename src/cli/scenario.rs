@@ -97,18 +97,18 @@ fn again(file: &Path, data: &[PathBuf], global: &Global, out: &Path) -> String {
 }
 
 fn next_steps(scenario: &Path, out: &Path, outcome: &Outcome, again: &str) -> String {
-    let report = out.join("report.json");
-    let mut text = format!("\nwritten  {}", report.display());
-    if outcome.model.is_some() {
-        text += &format!(", {}", out.join("model.ron").display());
+    let mut text = format!("\nwritten  {}", out.join("report.json").display());
+    let models = [("model.ron", outcome.model.is_some()), ("identified.ron", outcome.identified.is_some())];
+    for (name, _) in models.iter().filter(|(_, is_there)| *is_there) {
+        text += &format!("\n         {}", out.join(name).display());
     }
     text += &format!("\n         {}   open it in a browser", out.join("report.html").display());
     if outcome.stopped {
-        text += &format!("\nstopped  to go on where it was: {again}");
+        text += &format!("\nstopped  to go on where it was:\n         {again}");
     } else if outcome.model.is_some() {
         text += &format!(
-            "\nnext     lacuna compare {} --robot {} --data LOG.csv\n         predicts another log; nothing is \
-             fitted",
+            "\nnext     lacuna compare {} \\\n             --robot {} --data LOG.csv\n         predicts another \
+             log; nothing is fitted",
             out.join("model.ron").display(),
             robot_of(scenario).display()
         );

@@ -24,7 +24,7 @@ impl ComBox {
     /// See [`About`].
     pub const ABOUT: About = About {
         name: "com_box",
-        title: "the centre of mass lies in a box along the link frame's axes",
+        title: "the centre of mass lies in a box along the frame's axes",
         text: "The simplest statement about a link's shape, and the paper's: the smallest box \
                parallel to the link frame that holds the link also holds its centre of mass, if the \
                link has no holes in its density. For slender links that lie oblique to their frame a \

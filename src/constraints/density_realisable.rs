@@ -30,7 +30,7 @@ impl DensityRealisable {
     /// See [`About`].
     pub const ABOUT: About = About {
         name: "density_realisable",
-        title: "some density inside a bounding ellipsoid gives these parameters",
+        title: "a density inside a bounding ellipsoid gives the parameters",
         text: "The strongest convex statement about a link of known size: there is a body with non-negative \
                density inside the ellipsoid that has exactly this mass, centre of mass and inertia. It bounds \
                the inertia from above, which a centre of mass in a shape does not. Take the smallest ellipsoid \

@@ -18,7 +18,7 @@ impl TriangleInequality {
     /// See [`About`].
     pub const ABOUT: About = About {
         name: "triangle_inequality",
-        title: "each link's inertia is that of a body with non-negative density",
+        title: "each link is a body with non-negative density",
         text: "No principal moment of inertia about the centre of mass exceeds the sum of the other two, and \
                the mass is not negative. Use it in every study: without it the parameters may reproduce the \
                torque but belong to no body, and simulators refuse them. It is the paper's condition on the \

@@ -179,6 +179,8 @@ pub struct Retrieval {
     pub violation: Option<f64>,
     /// `violation <= 1e-9`.
     pub feasible: bool,
+    /// The least scaled margin, negative where a constraint is violated; `None` without constraints.
+    pub least_margin: Option<f64>,
     /// Certified: no feasible point has a smaller objective.
     pub lower_bound: Option<f64>,
     /// `100 (objective - lower bound) / lower bound`.

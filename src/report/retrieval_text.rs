@@ -1,5 +1,6 @@
 //! Retrieved link parameters as text.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use super::{Chosen, Comparison, Interval, Report, Retrieval, wrap};
@@ -23,7 +24,7 @@ pub(super) fn retrieved(text: &mut String, report: &Report) {
     let chosen = report.chosen.as_ref().map(|c| &c.retrieval);
     let all: Vec<&Retrieval> = report.given.iter().chain(engines).chain(chosen).collect();
     let width = all.iter().map(|r| r.label.chars().count()).max().unwrap_or(0).clamp(6, WIDEST);
-    objectives(text, &all, width);
+    objectives(text, &all, &report.timing, width);
     if let Some(chosen) = &report.chosen {
         decided(text, chosen);
     }
@@ -47,34 +48,36 @@ fn contradiction(text: &mut String, conflict: &[String]) {
     text.push_str("  dropping any one of them makes the others possible\n");
 }
 
-fn objectives(text: &mut String, all: &[&Retrieval], width: usize) {
+fn objectives(text: &mut String, all: &[&Retrieval], seconds: &BTreeMap<String, f64>, width: usize) {
     if let Some(first) = all.first() {
         let _ = writeln!(text, "  objective: {}", first.objective_unit);
     }
     let _ = writeln!(
         text,
-        "  {:width$}  {:>12}  {:>12}  {:>9}  {:>9}",
-        "engine", "objective", "lower bound", "gap", "feasible"
+        "  {:width$}  {:>12}  {:>12}  {:>9}  {:>12}  {:>7}",
+        "engine", "objective", "lower bound", "gap", "feasible, by", "time"
     );
     for r in all {
-        let feasible = match (r.feasible, r.violation) {
-            (true, _) => "yes".to_string(),
-            (false, Some(v)) => format!("no {v:.0e}"),
-            (false, None) => "no".to_string(),
-        };
+        let feasible = if r.feasible { "yes" } else { "no" };
+        // A point on a limit is as good as one beside it: nothing is written as 0, not as -0.
+        let by = r.least_margin.map_or("-".to_string(), |m| format!("{:.0e}", m + 0.0));
         let _ = writeln!(
             text,
-            "  {:width$.width$}  {:>12.6e}  {:>12}  {:>9}  {:>9}",
+            "  {:width$.width$}  {:>12.6e}  {:>12}  {:>9}  {feasible:>3} {by:>8}  {:>7}",
             r.label,
             r.objective,
             r.lower_bound.map_or("-".to_string(), |b| format!("{b:.6e}")),
-            r.certified_gap_percent.map_or("-".to_string(), |g| format!("{g:.3} %")),
-            feasible
+            r.certified_gap_percent.map_or("-".to_string(), gap),
+            seconds.get(&r.label).map_or("-".to_string(), |s| format!("{s:.2} s"))
         );
     }
     if all.iter().any(|r| r.bound_is.as_deref() == Some("relaxation")) {
         text.push_str("  the bound is that of the convex relaxation: the optimum may lie above it\n");
     }
+}
+
+fn gap(percent: f64) -> String {
+    if percent < 99_999.0 { format!("{} %", narrow(percent, 3)) } else { "> 1e5 %".to_string() }
 }
 
 fn decided(text: &mut String, chosen: &Chosen) {
@@ -148,13 +151,15 @@ fn open(text: &mut String, intervals: &[Interval]) {
     };
     let shown: Vec<&Interval> = intervals.iter().filter(|i| !i.parameter.starts_with('J')).collect();
     for link in shown.chunks(4) {
-        text.push_str("  ");
+        let mut line = String::new();
         for (k, i) in link.iter().enumerate() {
             let (factor, digits) = if k == 0 { (1.0, 3) } else { (1e3, 0) };
             let (low, high) = (end(i.low, factor, digits), end(i.high, factor, digits));
-            let _ = write!(text, "{} [{low}, {high}]{}", i.parameter, if k == 0 { " kg  " } else { " " });
+            let _ = write!(line, "{} [{low}, {high}]{}", i.parameter, if k == 0 { " kg  " } else { " " });
         }
-        text.push_str("mm\n");
+        for part in wrap(&(line + "mm"), 76) {
+            let _ = writeln!(text, "  {part}");
+        }
     }
 }
 
@@ -192,21 +197,24 @@ fn by_joint(
 ) {
     let names = joints.iter().map(String::as_str).chain(all.map(|(name, _)| name));
     let width = names.map(|n| n.chars().count()).max().unwrap_or(0).clamp(6, NAME);
-    let written = |value: Option<f64>| value.map_or("-".to_string(), short);
+    let values = || joints.iter().flat_map(|joint| labels.iter().filter_map(|label| cell(label, joint)));
+    let largest = values().fold(0.0, |most: f64, value| most.max(value.abs()));
+    let decimals = if largest < 10.0 { 4 } else { 2 };
+    let written = |value: Option<f64>, decimals| value.map_or("-".to_string(), |v| short(v, decimals));
     for labels in labels.chunks(((80 - 2 - width) / (WIDEST + 1)).max(1)) {
         let mut line = |name: &str, value: &dyn Fn(&str) -> String| {
             let cells: String = labels.iter().map(|l| format!(" {:>WIDEST$.WIDEST$}", value(l))).collect();
             let _ = writeln!(text, "  {name:width$.width$}{cells}");
         };
         line("joint", &str::to_string);
-        joints.iter().for_each(|joint| line(joint, &|label| written(cell(label, joint))));
+        joints.iter().for_each(|joint| line(joint, &|label| written(cell(label, joint), decimals)));
         if let Some((name, value)) = all {
-            line(name, &|label| written(value(label)));
+            line(name, &|label| written(value(label), 3));
         }
     }
 }
 
-/// Four decimals where that says something.
-fn short(value: f64) -> String {
-    if value.abs() >= 1e-3 { narrow(value, 4) } else { format!("{value:.2e}") }
+/// So many decimals where that says something.
+fn short(value: f64, decimals: usize) -> String {
+    if (1e-3..1e6).contains(&value.abs()) { format!("{value:.decimals$}") } else { format!("{value:.2e}") }
 }

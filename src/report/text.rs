@@ -46,14 +46,14 @@ fn identified(text: &mut String, id: &Identification) {
         let _ = writeln!(text, "  {}", line);
     }
     let others = id.coefficients.len() - id.rank;
-    let _ = writeln!(
-        text,
-        "  {} rows, {} base parameters{}, condition number {:.2} (SI, unscaled)",
+    let line = format!(
+        "{} rows, {} base parameters{}, condition number {:.2} (SI, unscaled)",
         id.rows,
         id.rank,
         if others > 0 { format!(" + {others} others") } else { String::new() },
         id.condition_number
     );
+    wrap(&line, 78).iter().for_each(|line| *text += &format!("  {line}\n"));
     let _ = write!(text, "  relative error {} in sample", percent(id.relative_error_percent));
     match (id.held_out_relative_error_percent, &id.split) {
         (Some(error), Some(split)) => {

@@ -18,6 +18,9 @@ pub struct Audit {
     pub violation: f64,
     /// Whether `violation <= 1e-9`.
     pub feasible: bool,
+    /// The least scaled margin: what is left before the first constraint breaks, negative where one does;
+    /// infinite without constraints.
+    pub least_margin: f64,
     /// Every constraint, in the order of the problem.
     pub constraints: Vec<ConstraintAudit>,
 }
@@ -37,13 +40,15 @@ pub struct ConstraintAudit {
 
 /// Measures objective and every constraint at `z`, the same way for all engines.
 pub fn audit(problem: &Problem, z: &[f64]) -> Audit {
-    let mut violation = 0.0_f64;
+    let (mut violation, mut least_margin) = (0.0_f64, f64::INFINITY);
     let constraints = problem
         .forms
         .iter()
         .map(|form| {
             let margin = form.reported_margin(z);
             violation = violation.max(form.violation(z));
+            let scaled = margin / form.scale;
+            least_margin = least_margin.min(if scaled.is_nan() { f64::NEG_INFINITY } else { scaled });
             ConstraintAudit {
                 label: form.label.clone(),
                 margin,
@@ -52,5 +57,6 @@ pub fn audit(problem: &Problem, z: &[f64]) -> Audit {
             }
         })
         .collect();
-    Audit { objective: problem.objective.value(z), violation, feasible: violation <= FEASIBLE, constraints }
+    let (objective, feasible) = (problem.objective.value(z), violation <= FEASIBLE);
+    Audit { objective, violation, feasible, least_margin, constraints }
 }

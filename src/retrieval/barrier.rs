@@ -26,6 +26,8 @@ const NEAR: f64 = 0.05;
 const FULL_STEPS: usize = 5;
 /// Unknowns beyond this run away.
 const FARTHEST: f64 = 1e9;
+/// They also do where the path gets stuck after they have grown by this factor.
+const GROWN: f64 = 1e3;
 
 /// `|r z - d| <= radius` and forms as barriers, bodies' matrices as function.
 pub(super) struct Barrier<'a> {
@@ -256,6 +258,8 @@ fn determinant(
 
 /// Follows the path from a point strictly inside; `None` when the start is not.
 pub(super) fn minimise(barrier: &Barrier<'_>, start: Vec<f64>) -> Option<Minimum> {
+    let size = |z: &[f64]| z.iter().fold(1.0, |most: f64, v| most.max(v.abs()));
+    let far = GROWN * size(&start);
     let mut at = Minimum { z: start, steps: 0, ending: PathEnd::Stuck };
     let mut weight = 1.0;
     // The best centre so far and what may be left to gain there.
@@ -273,7 +277,11 @@ pub(super) fn minimise(barrier: &Barrier<'_>, start: Vec<f64>) -> Option<Minimum
             best = (gap, at.z.clone());
         }
         if barrier.degree() / weight < GAP || at.steps >= STEPS {
-            let ending = if best.0 < ENOUGH { PathEnd::Settled } else { PathEnd::Stuck };
+            let ending = match best.0 < ENOUGH {
+                true => PathEnd::Settled,
+                false if size(&at.z) > far => PathEnd::RunAway,
+                false => PathEnd::Stuck,
+            };
             return Some(Minimum { z: best.1, steps: at.steps, ending });
         }
         weight *= GROWTH;

@@ -11,7 +11,7 @@ use super::intervals::allowance;
 use super::lmi::{constrain, interior, misfit, repair};
 use super::{Problem, audit};
 use crate::error::{Error, Result};
-use crate::form::{Affine, Form, matrix};
+use crate::form::{Affine, Body, Form, matrix};
 
 /// Distance that the smallest answer keeps from every limit, relative to its scale.
 const MARGIN: f64 = 1e-9;
@@ -48,6 +48,14 @@ pub struct BodyMatrix {
     pub size: usize,
     /// Lower triangle by rows.
     pub lower: Vec<Affine>,
+}
+
+impl BodyMatrix {
+    /// That it is one: positive semidefinite.
+    fn form(&self) -> Form {
+        let body = Body::Psd { size: self.size, lower: self.lower.clone() };
+        Form::new(self.name.clone(), "", 1.0, body)
+    }
 }
 
 /// The answer that a [`TieBreak`] chose.
@@ -170,8 +178,12 @@ impl Within<'_> {
     fn balanced(&self, forms: &[&Form], inverses: &[Option<DMatrix<f64>>]) -> Result<Chosen> {
         let problem = self.problem;
         let allowance = allowance(&problem.objective, self.level)?;
-        let start = interior(problem.space.len(), forms, |program, depth| {
-            let room = Affine::constant(allowance).plus(-allowance, &Affine::variable(depth));
+        // The logarithm wants bodies, whether a constraint does or not.
+        let bodies: Vec<Form> = self.bodies.iter().map(BodyMatrix::form).collect();
+        let wanted: Vec<&Form> = forms.iter().copied().chain(&bodies).collect();
+        let start = interior(problem.space.len(), &wanted, |program, depth| {
+            // The depth is at most 1, so half of the room at least is left.
+            let room = Affine::constant(allowance).plus(-0.5 * allowance, &Affine::variable(depth));
             misfit(program, &problem.objective, room);
         })?;
         let start = start.ok_or_else(|| no_room(self.level))?;

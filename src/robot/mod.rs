@@ -8,6 +8,7 @@ mod dh;
 mod inertia;
 mod kinematics;
 mod plausibility;
+mod prior;
 mod urdf;
 
 pub use inertia::{InertialParameters, PARAMETER_NAMES, PARAMETER_UNITS};
@@ -226,19 +227,6 @@ impl Robot {
             all.extend_from_slice(inertia.as_slice());
         }
         Ok(all)
-    }
-
-    /// Stacked inertial parameters of all links, as a prior for those of `other`, link by link.
-    ///
-    /// # Errors
-    /// When a link has none, or the two robots differ in their number of links.
-    pub fn prior_for(&self, other: &Self) -> Result<Vec<f64>> {
-        if self.dof() != other.dof() {
-            let (own, wanted) = (self.dof(), other.dof());
-            return Err(Error::new(format!("`{}` has {own} moving links, not {wanted}", self.name))
-                .help("take the prior from a file of the same robot"));
-        }
-        self.inertial_parameters()
     }
 
     /// Stacked inertial parameters of all links, where a link without any counts as massless: what

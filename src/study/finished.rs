@@ -26,7 +26,9 @@ impl Study<'_> {
         let candidate = chosen.unwrap_or(candidate);
         let how = if chosen.is_some() { "chosen among equally good ones" } else { &best.label };
         let poses = poses.filter(|_| self.scenario.objective == Objective::Coefficients);
-        let from = poses.map(|p| &p.model).or(moving.map(|m| &m.model)).map_or("", |m| m.origin.as_str());
+        let identified = poses.map(|p| &p.model).or(moving.map(|m| &m.model)).map(|m| m.origin.clone());
+        let from = self.scenario.retrieve_from.as_ref().map(|file| file.display().to_string());
+        let from = from.or(identified).unwrap_or_default();
         let origin = format!("link parameters retrieved ({how}) from {from}");
         let (effects, others) = match moving {
             Some(moving) if friction.is_empty() || !candidate.others.is_empty() => (

@@ -10,6 +10,11 @@ use crate::scenario::Choice;
 use super::Study;
 use super::retrieval::{CHOSEN, Candidate, FromEngines, judge};
 
+/// Ends of intervals beyond this are none: where nothing bounds a quantity, rounding does [m].
+const FARTHEST_COM: f64 = 1e3;
+/// The same for masses and inertias [kg, kg m²].
+const LARGEST: f64 = 1e6;
+
 /// What is left open.
 #[derive(Default)]
 pub(super) struct Leeway {
@@ -52,7 +57,12 @@ impl Study<'_> {
         if problem.forms.iter().any(|form| !form.is_convex()) {
             self.warn("intervals: constraints that no cone expresses are relaxed, so some may be too wide");
         }
-        let found = intervals(problem, level, &space.quantities())?;
+        let mut found = intervals(problem, level, &space.quantities())?;
+        for interval in &mut found {
+            let largest = if interval.unit == "m" { FARTHEST_COM } else { LARGEST };
+            let bounded = |end: Option<f64>| end.filter(|v| v.abs() <= largest);
+            (interval.low, interval.high) = (bounded(interval.low), bounded(interval.high));
+        }
         let missing = found.iter().filter(|i| i.low.is_none() || i.high.is_none()).count();
         if missing > 0 {
             self.warn(format!("intervals: {missing} of {} are open or could not be computed", found.len()));

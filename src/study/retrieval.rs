@@ -16,9 +16,9 @@ use crate::robot::PARAMETERS_PER_LINK;
 use crate::scenario::Objective;
 use crate::space::Parameter;
 
-use super::Study;
 use super::moving::FromLogs;
 use super::statics::FromPoses;
+use super::{Study, published};
 
 /// Label of the robot file's own inertias.
 const GIVEN: &str = "given";
@@ -187,30 +187,33 @@ impl Study<'_> {
         Ok(Problem { space: space.space.clone(), objective, forms, chart, seed: self.seed })
     }
 
-    /// Distance to the coefficients that were kept: from the poses, else from the logs.
+    /// Distance to the coefficients that were kept: published ones where the scenario names some, else those
+    /// from the poses, else those from the logs.
     fn coefficient_distance(
         &self,
         poses: Option<&FromPoses>,
         moving: Option<&FromLogs>,
     ) -> Result<(LinkSpace, Quadratic)> {
-        let source: &Identification = match (poses, moving) {
-            (Some(poses), _) => &poses.report,
-            (None, Some(moving)) => &moving.report,
+        let base = BaseParameters::new(&self.robot);
+        let moving = moving.filter(|m| m.fitted.base.is_some()).map(|m| &m.report);
+        let source: Option<&Identification> = poses.map(|p| &p.report).or(moving);
+        let identified = source.map(|s| &s.coefficients[..base.rank()]);
+        let (whose, values) = match (&self.scenario.retrieve_from, identified) {
+            (Some(file), _) => (file.display().to_string(), published(&self.folder, file, &base)?.1),
+            (None, Some(all)) => {
+                ("the identification".to_string(), all.iter().map(|c| c.value.unwrap_or(f64::NAN)).collect())
+            }
             (None, None) => {
-                return Err(Error::new("nothing was identified to retrieve link parameters from"));
+                return Err(Error::new("nothing was identified to retrieve link parameters from")
+                    .help("give `poses`, or logs and `rigid_body` among the effects"));
             }
         };
-        let space = LinkSpace::new(&self.robot, &[]);
-        let base = BaseParameters::new(&self.robot);
-        let rows: Vec<(usize, f64)> = source.coefficients[..base.rank()]
-            .iter()
-            .enumerate()
-            .filter_map(|(i, c)| Some((i, c.value.filter(|_| c.kept)?)))
-            .collect();
-        let picked: Vec<usize> = rows.iter().map(|r| r.0).collect();
+        let kept = |i: &usize| values[*i].is_finite() && identified.is_none_or(|all| all[*i].kept);
+        let picked: Vec<usize> = (0..base.rank()).filter(kept).collect();
         let r = base.map.select_rows(&picked);
-        let d = DVector::from_iterator(rows.len(), rows.iter().map(|r| r.1));
-        Ok((space, Quadratic { r, d, floor: 0.0, unit: "squared coefficients, SI".to_string() }))
+        let d = DVector::from_iterator(picked.len(), picked.iter().map(|&i| values[i]));
+        let unit = format!("squared distance to {} coefficients of {whose}, SI", picked.len());
+        Ok((LinkSpace::new(&self.robot, &[]), Quadratic { r, d, floor: 0.0, unit }))
     }
 
     /// Torque error on the stacked regressor of the logs: link parameters and friction together.
@@ -310,6 +313,7 @@ pub(super) fn judge(
         objective_unit: problem.objective.unit.clone(),
         violation: finite(audit.violation),
         feasible: audit.feasible,
+        least_margin: finite(audit.least_margin),
         lower_bound: bound.map(|b| b.value),
         certified_gap_percent: bound
             .filter(|b| b.value > 0.0 && audit.feasible)
