@@ -1,7 +1,7 @@
 // The answer of a diagnosis: what is missing, what it would bring, what cannot be told.
 import { bar } from "./bars.js";
 import { h, table, term } from "./dom.js";
-import { measured, num, percent } from "./numbers.js";
+import { measured, num, percent, unitText } from "./numbers.js";
 
 /** A name for people. */
 export const words = (name) => name.replaceAll("_", " ");
@@ -67,7 +67,7 @@ function card(data, m, most) {
     h("p.equation", {}, m.equation),
     h("div.pair", {},
       h("div", {}, table(`Numbers of ${words(m.effect)}`, ["", "value", "unit"],
-        m.parameters.map((p) => [p.name, measured(p.value, p.standard_error, "").trim(), p.unit]), { class: "plain" })),
+        m.parameters.map((p) => [p.name, measured(p.value, p.standard_error, "").trim(), unitText(p.unit)]), { class: "plain" })),
       h("div", {},
         h("p", {}, term("gain"), " ", bar(m.gain_percent / most, percent(m.gain_percent))),
         h("p", {}, term("z"), ` ${num(m.z)}`, ` · ${m.where}`),
@@ -163,10 +163,16 @@ export function doubts(d) {
       d.inseparable.map((i) => [i.effects.map(words).join(" and "), i.separating_motion])),
     d.events.length > 0 && table("Events", ["what", "from [s]", "to [s]", "force in the base frame [N]"],
       d.events.map((e) => [words(e.kind), num(e.from_s, 4), num(e.to_s, 4), e.force_n.map((f) => num(f)).join(", ")])),
-    d.moved.length > 0 && table("Parameters that moved when the missing effects came in", ["parameter", "before", "after", "unit"],
-      d.moved.map((m) => [m.parameter, num(m.before, 4), measured(m.after, m.standard_error, "").trim(), m.unit])),
+    d.moved.length > 0 && moved(d.moved),
   ].filter(Boolean);
   return parts.length ? section("doubts", "Doubts and consequences", null, parts) : null;
+}
+
+function moved(all) {
+  const title = "Parameters that moved when the missing effects came in";
+  const made = table(title, ["parameter", "before", "after", "unit"],
+    all.map((m) => [m.parameter, num(m.before, 4), measured(m.after, m.standard_error, "").trim(), unitText(m.unit)]));
+  return all.length <= 12 ? made : h("details", {}, h("summary", {}, `${all.length} parameters moved when the missing effects came in`), made);
 }
 
 /** How the signals were prepared: no error means anything without it. */

@@ -11,6 +11,11 @@ export function num(x, digits = 3) {
   return text.replace(/-/g, "−");
 }
 
+/** A unit as it is printed. */
+export function unitText(unit) {
+  return unit.replaceAll("^2", "²").replaceAll("^3", "³");
+}
+
 export function percent(x, digits = 3) {
   return x === null || x === undefined || !Number.isFinite(x) ? "–" : `${num(x, digits)} %`;
 }

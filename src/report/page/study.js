@@ -2,7 +2,7 @@
 import { bar } from "./bars.js";
 import { section } from "./answer.js";
 import { h, table, term } from "./dom.js";
-import { num, percent } from "./numbers.js";
+import { num, percent, unitText } from "./numbers.js";
 
 /** Errors and coefficients of every identification. */
 export function identifications(report) {
@@ -41,7 +41,7 @@ function coefficients(one) {
   return h("details", { open: one.coefficients.length <= 20 }, h("summary", {}, `${one.coefficients.length} identified parameters`),
     table(`Identified parameters, ${one.label}`,
       [term("base parameter", "parameter"), "value", "unit", "standard deviation", h("span", {}, term("standard error", "robust")), ...(published ? ["published"] : []), ""],
-      one.coefficients.map((c) => [c.expression, num(c.value, 5), c.unit, percent(c.relative_sd_percent), percent(c.robust_sd_percent),
+      one.coefficients.map((c) => [c.expression, num(c.value, 5), unitText(c.unit), percent(c.relative_sd_percent), percent(c.robust_sd_percent),
         ...(published ? [num(c.published, 5)] : []), c.kept ? "" : "left out"])));
 }
 
@@ -131,7 +131,7 @@ function leeway(data) {
   const all = data.report.intervals ?? [];
   if (!all.length) return null;
   const open = new Set(data.open);
-  const rows = all.map((i) => [i.parameter, num(i.low, 5), num(i.high, 5), i.unit, open.has(i.parameter) ? "left open: constraints and prior decide" : "determined by data and constraints"]);
+  const rows = all.map((i) => [i.parameter, num(i.low, 5), num(i.high, 5), unitText(i.unit), open.has(i.parameter) ? "left open: constraints and prior decide" : "determined by data and constraints"]);
   return h("details", { open: rows.length <= 30 }, h("summary", {}, `${all.length} intervals; ${data.open.length} parameters are left open`),
     table("All values that data and constraints leave open; inertia J about the link origin", [term("interval", "parameter"), "low", "high", "unit", "what decides"], rows));
 }
