@@ -46,8 +46,7 @@ export function opening(data) {
 }
 
 function sentence(line) {
-  const text = line.replaceAll("_", " ");
-  return text.charAt(0).toUpperCase() + text.slice(1) + ".";
+  return line.charAt(0).toUpperCase() + line.slice(1) + ".";
 }
 
 /** One card per missing effect, then what has no name. */

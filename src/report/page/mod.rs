@@ -92,7 +92,7 @@ fn answer(d: &Diagnosis) -> Vec<String> {
         [] => String::new(),
         joints => format!(" on {}", joints.join(", ")),
     };
-    let named = d.missing.iter().map(|m| format!("{}{}", m.effect, on(&m.joints)));
+    let named = d.missing.iter().map(|m| format!("{}{}", spoken(&m.effect), on(&m.joints)));
     let unnamed = d.unexplained.iter().map(|u| {
         format!("something without a name on {} that depends on {}", u.joint, u.depends_on.join(", "))
     });
@@ -103,8 +103,19 @@ fn answer(d: &Diagnosis) -> Vec<String> {
         let rest = if more > 0 { format!("; and {more} more") } else { String::new() };
         lines.push(format!("missing: {}{rest}", found[..found.len() - more].join("; ")));
     }
-    lines.extend([verdict(d), d.stop_reason.clone()]);
+    // Names of joints stay as they are.
+    let cause = d.first.as_ref().map_or("", |f| f.cause.as_str());
+    let place = match verdict(d).strip_suffix(cause) {
+        Some(before) => format!("{before}{}", spoken(cause)),
+        None => verdict(d),
+    };
+    lines.extend([place, d.stop_reason.clone()]);
     lines
+}
+
+/// An effect's name for people.
+fn spoken(effect: &str) -> String {
+    effect.replace('_', " ")
 }
 
 /// What a scenario came to, in one sentence.
@@ -122,6 +133,7 @@ fn study_verdict(report: &Report) -> String {
                 "no link parameters satisfy these constraints together".to_string()
             }
             0 => "no engine found feasible link parameters".to_string(),
+            1 if all.len() == 1 => "the engine found feasible link parameters".to_string(),
             n if n == all.len() => format!("all {n} engines found feasible link parameters"),
             n => format!("{n} of {} engines found feasible link parameters", all.len()),
         });
