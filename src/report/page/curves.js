@@ -37,6 +37,11 @@ function worstFirst(data) {
   return first < 0 ? order : [first, ...order.filter((k) => k !== first)];
 }
 
+/** The log that is shown first: one that was fitted. */
+function firstLog(p) {
+  return Math.max(0, p.traces.findIndex((t) => t.role === "fitted"));
+}
+
 /** Torque of every joint over time, and what is left of it. */
 export function torque(data) {
   const p = data.pictures;
@@ -65,13 +70,13 @@ export function torque(data) {
     term("envelope", "Nothing is left out"), ".");
   const result = section("torque", "Torque, measured and modelled", note, legend(p, data.diagnosis?.joints.some((j) => j.repeat_floor_rms !== null)),
     h("div.tools", {}, traceChoice(p, load), jointChoice(p, state, rebuild), zoomButtons(axis), where), list);
-  load(0);
+  load(firstLog(p));
   return result;
 }
 
 function traceChoice(p, load) {
   if (p.traces.length < 2) return h("span.choice", {}, `${p.traces[0].name} (${p.traces[0].role})`);
-  return choice("log", p.traces.map((t, k) => [k, `${t.name} (${t.role})`]), 0, load);
+  return choice("log", p.traces.map((t, k) => [k, `${t.name} (${t.role})`]), firstLog(p), load);
 }
 
 function jointChoice(p, state, rebuild) {
@@ -216,7 +221,7 @@ export function maps(data) {
   const region = data.diagnosis?.regions.find((r) => r.joint === p.joints[first][0]);
   const named = (name, otherwise) => variables(p, first).find((v) => v[2] === name)?.[0] ?? otherwise;
   const depends = data.diagnosis?.unexplained.find((u) => u.joint === p.joints[first][0])?.depends_on[0];
-  const state = { joint: first, x: named(depends ?? `q${first + 1}`, `q:${first}`), y: `dq:${first}`, kind: "rms", trace: 0 };
+  const state = { joint: first, x: named(depends ?? `q${first + 1}`, `q:${first}`), y: `dq:${first}`, kind: "rms", trace: firstLog(p) };
   if (region && !depends) state.x = named(region.variable, state.x);
   if (state.x === state.y) state.x = `q:${first}`;
   const holders = p.models.map(() => h("div"));
