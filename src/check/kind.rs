@@ -90,6 +90,7 @@ const FIELDS: [(Kind, &[&str]); 7] = [
             "intervals",
             "choice",
             "retrieve_from",
+            "beside",
         ],
     ),
     (

@@ -40,6 +40,8 @@ pub struct Report {
     pub retrievals: Option<Vec<Retrieval>>,
     /// The robot file's own inertias on the same problem, where it has them.
     pub given: Option<Retrieval>,
+    /// The same for the inertias of other files, where the scenario names some.
+    pub beside: Vec<Retrieval>,
     /// Constraints that cannot hold together, a smallest set; `None` when there is no contradiction.
     pub conflict: Option<Vec<String>>,
     /// What data and constraints determine.

@@ -7,6 +7,7 @@ mod leeway;
 mod moving;
 mod pictures;
 mod retrieval;
+mod rivals;
 mod statics;
 
 use std::collections::BTreeMap;
@@ -179,7 +180,8 @@ impl Study<'_> {
         let identifications: Vec<_> =
             poses.into_iter().map(|p| p.report).chain(logs.fitted.map(|m| m.report)).collect();
         let conflict = engines.as_ref().and_then(|e| e.conflict.clone());
-        let given = engines.as_ref().and_then(|e| e.given.clone());
+        let given = engines.as_ref().map_or(Vec::new(), |e| e.given.clone());
+        let (given, beside) = given.into_iter().partition::<Vec<_>, _>(|r| r.label == retrieval::GIVEN);
         let report = Report {
             lacuna: env!("CARGO_PKG_VERSION").to_string(),
             seed: self.seed,
@@ -190,7 +192,8 @@ impl Study<'_> {
             friction,
             diagnosis: None,
             retrievals: engines.map(|e| e.reports),
-            given,
+            given: given.into_iter().next(),
+            beside,
             conflict: conflict.map(|c| c.constraints),
             intervals: leeway.intervals,
             chosen: leeway.chosen,
