@@ -57,7 +57,7 @@ export function retrievals(data) {
   const report = data.report;
   const found = report.retrievals ?? [];
   if (!found.length && !report.conflict) return null;
-  const all = [report.given, ...found, report.chosen?.retrieval].filter(Boolean);
+  const all = [report.given, ...(report.beside ?? []), ...found, report.chosen?.retrieval].filter(Boolean);
   if (report.conflict || !all.length) return contradiction(report.conflict ?? []);
   const each = (value) => all.map(value);
   const most = Math.max(...each((r) => r.objective));
