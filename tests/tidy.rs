@@ -110,7 +110,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
             ],
         ),
         ("benchmark", vec!["diagnose", "log", "random", "robot", "scenario", "signals", "simulate"]),
-        ("report", vec!["diagnose", "identify", "retrieval", "robot"]),
+        ("report", vec!["diagnose", "effects", "identify", "retrieval", "robot", "signals"]),
         (
             "scenario",
             vec!["constraints", "effects", "excitation", "identify", "plant", "retrieval", "signals"],

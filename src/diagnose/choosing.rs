@@ -1,6 +1,6 @@
 //! Choosing among explanations that the data cannot tell apart.
 
-use super::ladder::{Ladder, Scored};
+use super::ladder::{Ladder, PLAIN, Scored};
 use super::score::{Score, long_run_variance};
 
 /// The same effect is added on other joints at once when it is at least this useful beside the first.
@@ -57,10 +57,23 @@ impl Ladder {
         names
     }
 
-    /// The same effect on other joints, where it is the best explanation there.
-    pub fn family<'s>(&self, chosen: &Scored, passing: &[&'s Scored]) -> Vec<&'s Scored> {
+    /// The same effect on other joints, where it is the best explanation there. Plain friction that shows on half of
+    /// the joints is what all of them have: nobody leaves it out on the others.
+    pub fn family<'s>(
+        &self,
+        chosen: &Scored,
+        passing: &[&'s Scored],
+        scored: &'s [Scored],
+    ) -> Vec<&'s Scored> {
         let own = &self.candidates[chosen.candidate];
         let Some(own_joint) = own.joint else { return Vec::new() };
+        let same = |s: &&Scored| {
+            let other = &self.candidates[s.candidate];
+            other.name() == own.name() && other.joint.is_some_and(|j| j != own_joint)
+        };
+        if own.order <= PLAIN && 2 * (1 + passing.iter().copied().filter(same).count()) >= self.data.dof() {
+            return scored.iter().filter(same).collect();
+        }
         let best_of =
             |joint: usize| passing.iter().find(|s| self.candidates[s.candidate].joint == Some(joint));
         (0..self.data.dof())

@@ -15,13 +15,14 @@ use super::parts::Parts;
 use super::present::Present;
 use super::signals::{Choice, Chosen, plain};
 use super::unseen::{Basis, fitted, validate};
-use super::{Limits, asked, doubts, nested, poor, signals, telling};
+use super::{Limits, asked, doubts, nested, pictures, poor, signals, telling};
 
 use crate::effects::{Effect, RigidBody};
 use crate::error::{Error, Result};
 use crate::identify::refresh_model_torque;
 use crate::log::Log;
 use crate::model_file::ModelFile;
+use crate::report::pictures::Pictures;
 use crate::robot::Robot;
 use crate::signals::{Folds, Run, Settings, prepare};
 
@@ -115,6 +116,8 @@ pub struct Outcome {
     pub model: ModelFile,
     /// Scripts of what is unexplained, in the order of [`Diagnosis::unexplained`].
     pub scripts: Vec<Option<Proposed>>,
+    /// What pictures of it are drawn from.
+    pub pictures: Pictures,
 }
 
 /// Compares model and measurement and says what is missing.
@@ -143,6 +146,7 @@ pub fn diagnose(request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<Outco
     let first =
         unmended.as_ref().filter(|u| u.ladder.data.count() == look.ladder.data.count()).unwrap_or(&look);
     let telling = look.telling(&request, &first.base);
+    let mut pictures = pictures::of(&look.ladder, &first.base, telling.climb());
     let mut diagnosis = telling.tell()?;
     let delay = late.as_ref().map(Late::effect);
     if let Some(late) = late {
@@ -152,11 +156,14 @@ pub fn diagnose(request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<Outco
     if let Some(until) = request.nested {
         diagnosis.nested = Some(nested::run(&request, &first.chosen, until, say)?);
     }
-    diagnosis.validation = validate(&request, &first.basis(), &look.ladder, delay)?;
+    if let Some((validation, traces)) = validate(&request, &first.basis(), &look.ladder, delay)? {
+        diagnosis.validation = Some(validation);
+        pictures.traces.extend(traces);
+    }
     timing.insert("total".to_string(), clock.elapsed().as_secs_f64());
     diagnosis.timing = timing;
     let scripts = look.ladder.unexplained().into_iter().map(|(_, script)| script).collect();
-    Ok(Outcome { diagnosis, model, scripts })
+    Ok(Outcome { diagnosis, model, pictures, scripts })
 }
 
 /// One look at the logs: signals chosen, effects searched.
@@ -281,6 +288,7 @@ pub(super) fn start(
         unknown: Vec::new(),
         events: Vec::new(),
         best_left: 0.0,
+        ranking: Vec::new(),
     };
     ladder.refit()?;
     say("computing the catalogue");

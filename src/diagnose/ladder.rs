@@ -16,9 +16,10 @@ use super::score::{Projection, Score};
 use super::{Limits, events, refine};
 use crate::effects::Effect;
 use crate::error::Result;
+use crate::report::pictures::Ranked;
 
 /// Offset, viscous and Coulomb friction come first in the catalogue, after the rigid body.
-const PLAIN: usize = 3;
+pub(super) const PLAIN: usize = 3;
 
 /// One effect that was added, with what it brought.
 #[derive(Debug, Clone)]
@@ -64,6 +65,8 @@ pub(super) struct Ladder {
     pub events: Vec<usize>,
     /// Largest z of anything at the last look, with what it belongs to.
     pub best_left: f64,
+    /// What every candidate would bring beside the starting model, for the picture of the ranking.
+    pub ranking: Vec<Ranked>,
 }
 
 /// A candidate that is about to be added.
@@ -113,6 +116,7 @@ impl Ladder {
             unknown: Vec::new(),
             events: self.events.clone(),
             best_left: 0.0,
+            ranking: Vec::new(),
         };
         again.refit()?;
         Ok(again)
@@ -260,6 +264,7 @@ impl Ladder {
         while self.rungs.len() < self.limits.steps {
             self.refresh_candidates()?;
             let scored = self.scan();
+            self.note_ranking(&scored);
             self.best_left = scored.iter().map(|s| s.score.z).fold(0.0, f64::max);
             let passes =
                 |s: &&Scored| self.passes(self.candidates[s.candidate].joint, s.usefulness, &s.score);
@@ -275,7 +280,7 @@ impl Ladder {
             }
             let Some(chosen) = chosen else { return Ok(()) };
             let first = (chosen, self.also_possible(chosen, &passing));
-            let others = self.family(chosen, &passing).into_iter().map(|s| (s, Vec::new()));
+            let others = self.family(chosen, &passing, &scored).into_iter().map(|s| (s, Vec::new()));
             let steps: Vec<Addition> = std::iter::once(first)
                 .chain(others)
                 .map(|(s, also)| Addition {
@@ -348,7 +353,7 @@ impl Ladder {
             let mut weakest: Option<(usize, f64)> = None;
             for rung in 0..self.rungs.len() {
                 let part = self.rungs[rung].part;
-                if self.events.contains(&part) {
+                if self.events.contains(&part) || self.is_common(part) {
                     continue;
                 }
                 let (score, usefulness) = self.without(part)?;
@@ -366,6 +371,14 @@ impl Ladder {
             self.refit()?;
             dropped = true;
         }
+    }
+
+    /// Whether a part is plain friction that most joints have: then no joint has to need it.
+    fn is_common(&self, part: usize) -> bool {
+        let name = self.parts.get(part).identity.name;
+        let plain = self.candidates.iter().any(|c| c.order <= PLAIN && c.name() == name);
+        let rungs = self.rungs.iter().filter(|r| self.parts.get(r.part).identity.name == name).count();
+        plain && 2 * rungs > self.data.dof()
     }
 
     /// What a part is worth now: its score beside all the others.

@@ -32,6 +32,7 @@ mod late;
 mod nested;
 mod normal;
 mod parts;
+mod pictures;
 mod poor;
 mod present;
 mod refine;

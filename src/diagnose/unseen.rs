@@ -15,6 +15,7 @@ use crate::log::Log;
 use crate::model::Model;
 use crate::predict::{Prediction, predict, prediction_errors};
 use crate::report::finite;
+use crate::report::pictures::{Role, Trace};
 use crate::signals::{Run, prepare};
 
 /// Fits effects to the data as any other study would.
@@ -34,26 +35,35 @@ pub(super) struct Basis<'a> {
     pub base: &'a Base,
 }
 
-/// Errors on logs that are never fitted, of the start and of everything that was found.
+/// Errors on logs that are never fitted, of the start and of everything that was found; with the series.
 pub(super) fn validate(
     request: &Request<'_>,
     basis: &Basis<'_>,
     after: &Ladder,
     delay: Option<Box<dyn Effect>>,
-) -> Result<Option<Validation>> {
+) -> Result<Option<(Validation, Vec<Trace>)>> {
     if request.validate.is_empty() {
         return Ok(None);
     }
     let data = &basis.ladder.data;
     let runs = unseen_runs(data, &request.validate, basis.chosen)?;
-    let before = basis.base.errors(basis.ladder, &runs, |effects| errors(data, effects, &runs))?;
-    let after = errors(data, after.parts.shared_effects().into_iter().chain(delay).collect(), &runs)?;
+    let found = after.parts.shared_effects().into_iter().chain(delay).collect();
+    let (before, torque_before) =
+        basis.base.predicted(basis.ladder, &runs, |effects| predicted(data, effects, &runs))?;
+    let (after, torque_after) = predicted(data, found, &runs)?;
+    let mut traces: Vec<Trace> = runs.iter().map(|run| Trace::of(run, Role::NeverFitted)).collect();
+    for torque in [torque_before, torque_after] {
+        for (trace, torque) in traces.iter_mut().zip(torque) {
+            trace.add_model(torque);
+        }
+    }
     let names = data.robot.joints.iter().map(|j| j.name.clone());
-    Ok(Some(Validation {
+    let validation = Validation {
         before_relative_error_percent: finite(before.pooled_percent),
         after_relative_error_percent: finite(after.pooled_percent),
         rms: names.zip(before.rms.iter().zip(&after.rms).map(|(b, a)| [*b, *a])).collect(),
-    }))
+    };
+    Ok(Some((validation, traces)))
 }
 
 /// Error of the starting model on the logs to validate, by joint [N m, N], with the signal step chosen as for a
@@ -68,7 +78,7 @@ pub fn unseen_error(request: &Request<'_>) -> Result<Vec<f64>> {
     // The parts know the widths of signs that were chosen.
     let parts = Parts::new(&data, request.effects(&chosen), chosen.widths.clone())?;
     let runs = unseen_runs(&data, &request.validate, &chosen)?;
-    Ok(errors(&data, parts.shared_effects(), &runs)?.rms)
+    Ok(predicted(&data, parts.shared_effects(), &runs)?.0.rms)
 }
 
 /// Runs of the logs to validate; joints whose torque the data do not have count as measured zero.
@@ -84,10 +94,11 @@ fn unseen_runs(data: &Data, logs: &[Log], chosen: &Chosen) -> Result<Vec<Run>> {
 }
 
 /// Fits `effects` to the data and predicts runs that have no part in it.
-fn errors(data: &Data, effects: Vec<Box<dyn Effect>>, runs: &[Run]) -> Result<Errors> {
+fn predicted(data: &Data, effects: Vec<Box<dyn Effect>>, runs: &[Run]) -> Result<(Errors, Prediction)> {
     let (model, found) = fitted(data, effects)?;
     let runs = with_model_torque(&model, &found.x, runs)?;
-    Ok(prediction_errors(&runs, &measured(data, predict(&model, &runs, &found.x)?)))
+    let torque = measured(data, predict(&model, &runs, &found.x)?);
+    Ok((prediction_errors(&runs, &torque), torque))
 }
 
 /// A prediction without joints whose torque was not measured.
