@@ -114,15 +114,15 @@ pub fn diagnose(request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<Outco
         unmended.as_ref().filter(|u| u.ladder.data.count() == look.ladder.data.count()).unwrap_or(&look);
     let telling = look.telling(&request, &first.base);
     let mut diagnosis = telling.tell()?;
-    let delay = late.as_ref().map(Late::effect);
+    let delayed = late.is_some();
     if let Some(late) = late {
         late.into_answer(&mut diagnosis, &telling, &look.base);
     }
-    let model = model_file(first, &look, &request, delay.clone())?;
+    let model = model_file(first, &look, &request, delayed)?;
     if let Some(until) = request.nested {
         diagnosis.nested = Some(nested::run(&request, &first.chosen, until, say)?);
     }
-    diagnosis.validation = validate(first, &look, &request, delay)?;
+    diagnosis.validation = validate(first, &look, &request, delayed)?;
     timing.insert("total".to_string(), clock.elapsed().as_secs_f64());
     diagnosis.timing = timing;
     let scripts = look.ladder.unexplained().into_iter().map(|(_, script)| script).collect();
@@ -289,15 +289,10 @@ fn refuse_shared_rows(request: &Request<'_>) -> Result<()> {
 }
 
 /// The model people take away: the start, what was added, and with `--auto` what was found.
-fn model_file(
-    first: &Look,
-    look: &Look,
-    request: &Request<'_>,
-    delay: Option<Box<dyn Effect>>,
-) -> Result<ModelFile> {
+fn model_file(first: &Look, look: &Look, request: &Request<'_>, delayed: bool) -> Result<ModelFile> {
     let ladder = &look.ladder;
     let asked: Vec<usize> = look.added.iter().flat_map(|a| a.parts.clone()).collect();
-    let effects = ladder
+    let effects: Vec<Box<dyn Effect>> = ladder
         .parts
         .numbers()
         .into_iter()
@@ -306,10 +301,10 @@ fn model_file(
             !found || (request.reference.is_empty() && (request.auto || asked.contains(&k)))
         })
         .map(|k| ladder.parts.get(k).effect.clone())
-        .chain(delay.filter(|_| request.auto))
         .collect();
     let names: Vec<&str> = request.logs.iter().map(|log| log.name.as_str()).collect();
     let origin = format!("diagnosis of {}", names.join(", "));
+    let effects = if delayed && request.auto { Late::among(effects) } else { effects };
     let (model, fitted) = fitted(&first.ladder.data, effects)?;
     Ok(ModelFile::new(&model, &fitted.x, &fitted.robust_sd, first.chosen.settings.clone(), origin))
 }
@@ -328,12 +323,7 @@ pub(super) fn fitted(
 }
 
 /// Errors on logs that are never fitted, of the start and of everything that was found.
-fn validate(
-    first: &Look,
-    look: &Look,
-    request: &Request<'_>,
-    delay: Option<Box<dyn Effect>>,
-) -> Result<Option<Validation>> {
+fn validate(first: &Look, look: &Look, request: &Request<'_>, delayed: bool) -> Result<Option<Validation>> {
     if request.validate.is_empty() {
         return Ok(None);
     }
@@ -352,7 +342,8 @@ fn validate(
         Ok(prediction_errors(&runs, &measured(ladder, predict(&model, &runs, &found.x)?)))
     };
     let before = first.base.errors(ladder, &runs, errors)?;
-    let after = errors(look.ladder.parts.shared_effects().into_iter().chain(delay).collect())?;
+    let found = look.ladder.parts.shared_effects();
+    let after = errors(if delayed { Late::among(found) } else { found })?;
     let names = ladder.data.robot.joints.iter().map(|j| j.name.clone());
     Ok(Some(Validation {
         before_relative_error_percent: finite(before.pooled_percent),

@@ -13,7 +13,6 @@ use super::present::rms;
 use super::score::Score;
 use super::signals::Chosen;
 use super::{entry, regions};
-use crate::effects::Effect;
 use crate::error::Result;
 use crate::report::finite;
 
