@@ -84,6 +84,9 @@ pub struct Scenario {
     /// slack. Not computed when not given.
     #[serde(default)]
     pub intervals: Option<Slack>,
+    /// Other files of the same robot, whose inertias stand beside the retrieved ones under the robots' names.
+    #[serde(default)]
+    pub beside: Vec<PathBuf>,
     /// Published coefficients to retrieve link parameters from, in place of the identified ones; those that
     /// the identification dropped are left out all the same.
     #[serde(default)]

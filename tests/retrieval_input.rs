@@ -79,6 +79,7 @@ fn what_cannot_be_retrieved_from_or_compared_with_is_refused_at_once() {
         &["`retrieve_from` gives coefficients", "leave one of the two out"],
     );
     refused(&format!(r#"{engines}, choice: Nearest(prior: "none.urdf")"#), &["none.urdf"]);
+    refused(&format!(r#"{engines}, beside: ["panda.ron", "panda.ron"]"#), &["panda.ron", "two rows"]);
     let two = std::fs::read("robots/two_link.ron").expect("it is there");
     refused_beside(
         &format!(r#"{engines}, choice: Nearest(prior: "two.ron")"#),

@@ -109,7 +109,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
                 "signals",
             ],
         ),
-        ("report", vec!["diagnose", "identify", "retrieval", "robot"]),
+        ("report", vec!["diagnose", "effects", "identify", "retrieval", "robot", "signals"]),
         (
             "scenario",
             vec!["constraints", "effects", "excitation", "identify", "plant", "retrieval", "signals"],

@@ -91,6 +91,7 @@ const FIELDS: [(Kind, &[&str]); 7] = [
             "intervals",
             "choice",
             "retrieve_from",
+            "beside",
         ],
     ),
     (

@@ -31,7 +31,9 @@ pub(super) fn examine(path: &Path, options: &Options, report: &mut Report) -> Re
         report.problems.push(Problem::new(error, true));
     }
     report.sections.push(Section::wrapped("what it will do", steps(&scenario)));
-    report.sections.push(Section::wrapped("signal step", signals(&scenario)));
+    if scenario.logs.is_some() {
+        report.sections.push(Section::wrapped("signal step", signals(&scenario)));
+    }
     report.next = vec![format!("lacuna scenario {}", path.display())];
     let folder = path.parent().unwrap_or(Path::new(".")).to_path_buf();
     let mut look = Look { path, folder, options, report };
@@ -208,7 +210,11 @@ impl Look<'_> {
             let opened = opened.and_then(|f| f.parameters(robot.dof()).map_err(|e| e.in_file(&path)));
             self.taken(opened);
         }
-        if let (Some(Choice::Nearest { prior: Some(file) }), Some((robot, _))) = (&scenario.choice, robot) {
+        let prior = match &scenario.choice {
+            Some(Choice::Nearest { prior }) => prior.as_ref(),
+            _ => None,
+        };
+        for (file, (robot, _)) in prior.into_iter().chain(&scenario.beside).zip(robot.into_iter().cycle()) {
             let path = self.folder.join(file);
             let prior = Robot::open(&path).and_then(|p| p.prior_for(robot).map_err(|e| e.in_file(&path)));
             self.taken(prior);
@@ -268,7 +274,8 @@ impl Look<'_> {
                 let general = forms.iter().filter(|f| !f.is_convex()).count();
                 let left_out =
                     if general == 0 { String::new() } else { format!(", {general} of them not for `lmi`") };
-                conditions.push(format!("{name}: {} conditions{left_out}", forms.len()));
+                let s = if forms.len() == 1 { "" } else { "s" };
+                conditions.push(format!("{name}: {} condition{s}{left_out}", forms.len()));
             }
         }
         self.report.sections.push(Section::wrapped("what link parameters must satisfy", conditions));

@@ -243,7 +243,13 @@ impl Diagnose {
         self.tried.iter().map(|t| wish(t).0).find(named).unwrap_or_else(|| effect.to_string())
     }
 
-    /// Writes `diagnosis.json`, `model.ron` and proposed scripts where a folder was asked for.
+    /// Name of the scenario, or of the first log.
+    fn title(&self) -> String {
+        let file = self.scenario.as_deref().or(self.data.first().map(PathBuf::as_path));
+        file.and_then(Path::file_stem).map_or_else(String::new, |s| s.to_string_lossy().into_owned())
+    }
+
+    /// Writes `diagnosis.json`, `model.ron`, `report.html` and proposed scripts where a folder was asked for.
     fn write(&self, outcome: &mut Outcome, global: &Global) -> Result<Option<PathBuf>> {
         let Some(out) = &global.out else { return Ok(None) };
         for (unknown, script) in outcome.diagnosis.unexplained.iter_mut().zip(&outcome.scripts) {
@@ -254,6 +260,13 @@ impl Diagnose {
         }
         text::write_whole(&out.join("diagnosis.json"), (json(&outcome.diagnosis)? + "\n").as_bytes())?;
         outcome.model.write(&out.join("model.ron"))?;
+        let page = report::page::Page {
+            title: &self.title(),
+            diagnosis: Some(&outcome.diagnosis),
+            report: None,
+            pictures: Some(&outcome.pictures),
+        };
+        text::write_whole(&out.join("report.html"), page.html()?.as_bytes())?;
         Ok(Some(out.clone()))
     }
 
@@ -261,9 +274,10 @@ impl Diagnose {
         let mut text = String::from("\n");
         if let Some(out) = written {
             text += &format!(
-                "written  {}, {}\n",
+                "written  {}, {}\n         {}   open it in a browser\n",
                 out.join("diagnosis.json").display(),
-                out.join("model.ron").display()
+                out.join("model.ron").display(),
+                out.join("report.html").display()
             );
         }
         let what = match &self.scenario {

@@ -42,6 +42,7 @@ pub(super) fn run(file: &Path, data: Vec<PathBuf>, global: &Global, console: &Co
     if let Some(identified) = &outcome.identified {
         identified.write(&out.join("identified.ron"))?;
     }
+    write_page(&outcome, &out)?;
     let next = next_steps(file, &out, &outcome, &again);
     if global.json {
         print_json(&outcome.report)?;
@@ -53,6 +54,17 @@ pub(super) fn run(file: &Path, data: Vec<PathBuf>, global: &Global, console: &Co
         print(&next)?;
     }
     Ok(!outcome.stopped && feasible(&outcome.report))
+}
+
+/// The report to look at.
+fn write_page(outcome: &Outcome, out: &Path) -> Result<()> {
+    let page = report::page::Page {
+        title: &outcome.report.scenario,
+        diagnosis: None,
+        report: Some(&outcome.report),
+        pictures: outcome.pictures.as_ref(),
+    };
+    text::write_whole(&out.join("report.html"), page.html()?.as_bytes())
 }
 
 /// Whether some engine found feasible parameters, where one was asked to.
@@ -90,6 +102,7 @@ fn next_steps(scenario: &Path, out: &Path, outcome: &Outcome, again: &str) -> St
     for (name, _) in models.iter().filter(|(_, is_there)| *is_there) {
         text += &format!("\n         {}", out.join(name).display());
     }
+    text += &format!("\n         {}   open it in a browser", out.join("report.html").display());
     if outcome.stopped {
         text += &format!("\nstopped  to go on where it was:\n         {again}");
     } else if outcome.model.is_some() {

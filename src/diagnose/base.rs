@@ -9,7 +9,7 @@ use crate::effects::{Effect, RigidBody};
 use crate::error::Result;
 use crate::identify::Errors;
 use crate::model::Model;
-use crate::predict::{predict, prediction_errors};
+use crate::predict::{Prediction, predict, prediction_errors};
 use crate::report::finite;
 use crate::signals::Run;
 
@@ -58,13 +58,14 @@ impl Base {
         &self,
         ladder: &Ladder,
         runs: &[Run],
-        fit: impl Fn(Vec<Box<dyn Effect>>) -> Result<Errors>,
-    ) -> Result<Errors> {
+        fit: impl Fn(Vec<Box<dyn Effect>>) -> Result<(Errors, Prediction)>,
+    ) -> Result<(Errors, Prediction)> {
         if self.refit.is_none() {
             return fit(self.effects.clone());
         }
         let model = Model::new(&ladder.data.robot, self.effects.clone())?;
-        Ok(prediction_errors(runs, &measured(ladder, predict(&model, runs, &self.x)?)))
+        let torque = measured(ladder, predict(&model, runs, &self.x)?);
+        Ok((prediction_errors(runs, &torque), torque))
     }
 
     /// What is told of the given numbers when fitting them again explains more than chance would.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use super::answer::{Diagnosis, Undecided, Validation, Verdict};
+use super::answer::{Diagnosis, Undecided, Verdict};
 use super::base::Base;
 use super::candidates;
 use super::closing::Proposed;
@@ -14,15 +14,16 @@ use super::late::Late;
 use super::parts::Parts;
 use super::present::Present;
 use super::signals::{Choice, Chosen, plain};
-use super::{Limits, asked, doubts, nested, poor, telling};
+use super::validation::validate;
+use super::{Limits, asked, doubts, nested, pictures, poor, telling};
 
 use crate::effects::{Effect, RigidBody};
 use crate::error::{Error, Result};
-use crate::identify::{Weighting, fit, refresh_model_torque, settle, with_model_torque, with_robust_sd};
+use crate::identify::{Weighting, fit, refresh_model_torque, settle, with_robust_sd};
 use crate::log::Log;
 use crate::model_file::ModelFile;
-use crate::predict::{Prediction, predict, prediction_errors};
-use crate::report::finite;
+use crate::predict::Prediction;
+use crate::report::pictures::Pictures;
 use crate::robot::Robot;
 use crate::signals::{Folds, Run, Settings, prepare};
 
@@ -85,6 +86,8 @@ pub struct Outcome {
     pub model: ModelFile,
     /// Scripts of what is unexplained, in the order of [`Diagnosis::unexplained`].
     pub scripts: Vec<Option<Proposed>>,
+    /// What pictures of it are drawn from.
+    pub pictures: Pictures,
 }
 
 /// Compares model and measurement and says what is missing.
@@ -113,6 +116,7 @@ pub fn diagnose(request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<Outco
     let first =
         unmended.as_ref().filter(|u| u.ladder.data.count() == look.ladder.data.count()).unwrap_or(&look);
     let telling = look.telling(&request, &first.base);
+    let mut pictures = pictures::of(&look.ladder, &first.base, telling.climb());
     let mut diagnosis = telling.tell()?;
     let delayed = late.is_some();
     if let Some(late) = late {
@@ -122,18 +126,21 @@ pub fn diagnose(request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<Outco
     if let Some(until) = request.nested {
         diagnosis.nested = Some(nested::run(&request, &first.chosen, until, say)?);
     }
-    diagnosis.validation = validate(first, &look, &request, delayed)?;
+    if let Some((validation, traces)) = validate(first, &look, &request, delayed)? {
+        diagnosis.validation = Some(validation);
+        pictures.traces.extend(traces);
+    }
     timing.insert("total".to_string(), clock.elapsed().as_secs_f64());
     diagnosis.timing = timing;
     let scripts = look.ladder.unexplained().into_iter().map(|(_, script)| script).collect();
-    Ok(Outcome { diagnosis, model, scripts })
+    Ok(Outcome { diagnosis, model, pictures, scripts })
 }
 
 /// One look at the logs: signals chosen, effects searched.
-struct Look {
-    chosen: Chosen,
-    ladder: Ladder,
-    base: Base,
+pub(super) struct Look {
+    pub chosen: Chosen,
+    pub ladder: Ladder,
+    pub base: Base,
     added: Vec<telling::Added>,
     undecided: Vec<Undecided>,
 }
@@ -258,6 +265,7 @@ pub(super) fn start(
         unknown: Vec::new(),
         events: Vec::new(),
         best_left: 0.0,
+        ranking: Vec::new(),
     };
     ladder.refit()?;
     say("computing the catalogue");
@@ -320,36 +328,6 @@ pub(super) fn fitted(
     let found = fit(&model, &settled.evidence, None, Weighting::Joint)?;
     let found = with_robust_sd(&model, &runs, &settled.evidence, found)?;
     Ok((model, found))
-}
-
-/// Errors on logs that are never fitted, of the start and of everything that was found.
-fn validate(first: &Look, look: &Look, request: &Request<'_>, delayed: bool) -> Result<Option<Validation>> {
-    if request.validate.is_empty() {
-        return Ok(None);
-    }
-    let ladder = &first.ladder;
-    let mut runs: Vec<Run> = Vec::new();
-    for log in &request.validate {
-        let mut run = prepare(log, &first.chosen.settings)?.0;
-        for (tau, _) in run.tau.iter_mut().zip(&ladder.data.silent).filter(|(_, silent)| **silent) {
-            tau.fill(0.0);
-        }
-        runs.push(run);
-    }
-    let errors = |effects: Vec<Box<dyn Effect>>| -> Result<_> {
-        let (model, found) = fitted(&ladder.data, effects)?;
-        let runs = with_model_torque(&model, &found.x, &runs)?;
-        Ok(prediction_errors(&runs, &measured(ladder, predict(&model, &runs, &found.x)?)))
-    };
-    let before = first.base.errors(ladder, &runs, errors)?;
-    let found = look.ladder.parts.shared_effects();
-    let after = errors(if delayed { Late::among(found) } else { found })?;
-    let names = ladder.data.robot.joints.iter().map(|j| j.name.clone());
-    Ok(Some(Validation {
-        before_relative_error_percent: finite(before.pooled_percent),
-        after_relative_error_percent: finite(after.pooled_percent),
-        rms: names.zip(before.rms.iter().zip(&after.rms).map(|(b, a)| [*b, *a])).collect(),
-    }))
 }
 
 /// A prediction without joints whose torque was not measured.

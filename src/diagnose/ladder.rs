@@ -15,6 +15,7 @@ use super::score::{Projection, Score};
 use super::{Limits, events, refine};
 use crate::effects::Effect;
 use crate::error::Result;
+use crate::report::pictures::Ranked;
 
 /// Offset, viscous and Coulomb friction come first in the catalogue, after the rigid body.
 const PLAIN: usize = 3;
@@ -66,6 +67,8 @@ pub(super) struct Ladder {
     pub events: Vec<usize>,
     /// Largest z of anything at the last look, with what it belongs to.
     pub best_left: f64,
+    /// What every candidate would bring beside the starting model, for the picture of the ranking.
+    pub ranking: Vec<Ranked>,
 }
 
 /// A candidate that is about to be added.
@@ -116,6 +119,7 @@ impl Ladder {
             unknown: Vec::new(),
             events: self.events.clone(),
             best_left: 0.0,
+            ranking: Vec::new(),
         };
         again.refit()?;
         Ok(again)
@@ -279,6 +283,7 @@ impl Ladder {
         while self.rungs.len() < self.limits.steps {
             self.refresh_candidates()?;
             let scored = self.scan();
+            self.note_ranking(&scored);
             self.best_left = scored.iter().map(|s| s.score.z).fold(0.0, f64::max);
             let passing: Vec<&Scored> =
                 scored.iter().filter(|s| self.passes(s.usefulness, &s.score)).collect();

@@ -31,6 +31,7 @@ mod late;
 mod nested;
 mod normal;
 mod parts;
+mod pictures;
 mod poor;
 mod present;
 mod refine;
@@ -39,6 +40,7 @@ mod score;
 mod signals;
 mod telling;
 mod unknown;
+mod validation;
 
 pub use answer::{
     Baseline, Diagnosis, Event, First, Inseparable, Joint, Missing, Moved, Nested, Parameter, Refused,

@@ -66,7 +66,7 @@ impl Telling<'_> {
             regions: regions::find(&self.ladder.data, &self.base.residual),
             events: self.events()?,
             moved: self.moved()?,
-            ladder: self.steps(),
+            ladder: self.steps(self.auto),
             validation: None,
             nested: None,
             gate: [self.ladder.gate, self.ladder.flips],
@@ -306,7 +306,12 @@ impl Telling<'_> {
         Ok(all)
     }
 
-    fn steps(&self) -> Vec<Step> {
+    /// The error with everything that was found, one effect after the other.
+    pub fn climb(&self) -> Vec<Step> {
+        self.steps(true)
+    }
+
+    fn steps(&self, found: bool) -> Vec<Step> {
         let step = |effect: &str, joints: Vec<String>, after: &[f64]| Step {
             effect: effect.to_string(),
             joints,
@@ -319,7 +324,7 @@ impl Telling<'_> {
         let refit = self.base.refit.as_ref().map(|r| step("rigid_body", Vec::new(), &r.after));
         let added = self.added.iter().map(|a| step(&a.name, joints(&a.parts), &a.rms));
         let mut all: Vec<Step> = refit.into_iter().chain(added).collect();
-        if self.auto {
+        if found {
             let rungs: Vec<usize> = self.ladder.rungs.iter().map(|r| r.part).collect();
             for (k, &part) in rungs.iter().enumerate() {
                 // Fitted again with what stayed in the end, so that the rungs belong to one ladder.

@@ -24,8 +24,9 @@ pub fn diagnosis_text(d: &Diagnosis) -> String {
     text
 }
 
-fn headline(d: &Diagnosis) -> String {
-    let what = match (d.verdict, &d.first) {
+/// The answer in one sentence.
+pub fn verdict(d: &Diagnosis) -> String {
+    match (d.verdict, &d.first) {
         (Verdict::Nothing, _) => "nothing significant is missing".to_string(),
         (Verdict::Undecided, _) => "undecided: these data cannot tell".to_string(),
         (Verdict::Missing, None) => "something is missing".to_string(),
@@ -33,8 +34,11 @@ fn headline(d: &Diagnosis) -> String {
             "{:.0} % of the reducible error is on {}: {}",
             first.share_of_reducible_percent, first.joint, first.cause
         ),
-    };
-    let mut text = format!("{what}\n");
+    }
+}
+
+fn headline(d: &Diagnosis) -> String {
+    let mut text = format!("{}\n", verdict(d));
     for line in wrap(&d.stop_reason, 78) {
         text += &format!("  {line}\n");
     }

@@ -1,10 +1,12 @@
 //! Results as plain data, in the layout of `report.json`; and as text for people.
 
 mod diagnosis_text;
+pub mod page;
+pub mod pictures;
 mod retrieval_text;
 mod text;
 
-pub use diagnosis_text::diagnosis_text;
+pub use diagnosis_text::{diagnosis_text, verdict};
 pub use text::{render, wrap};
 
 use std::collections::BTreeMap;
@@ -38,6 +40,8 @@ pub struct Report {
     pub retrievals: Option<Vec<Retrieval>>,
     /// The robot file's own inertias on the same problem, where it has them.
     pub given: Option<Retrieval>,
+    /// The same for the inertias of other files, where the scenario names some.
+    pub beside: Vec<Retrieval>,
     /// Constraints that cannot hold together, a smallest set; `None` when there is no contradiction.
     pub conflict: Option<Vec<String>>,
     /// What data and constraints determine.
@@ -236,6 +240,22 @@ pub struct Interval {
     pub high: Option<f64>,
     /// Unit.
     pub unit: String,
+}
+
+/// Width of an interval, in parts of its larger end, from which it counts as open.
+const OPEN: f64 = 0.01;
+/// Width that counts as none: 10 mg, 10 um, 0.1 kg cm^2.
+const NARROW: f64 = 1e-5;
+
+impl Interval {
+    /// Whether data and constraints leave the parameter open: more than 1 % of its larger end, and more than
+    /// 10 mg, 10 um or 0.1 kg cm².
+    pub fn is_open(&self) -> bool {
+        match (self.low, self.high) {
+            (Some(low), Some(high)) => high - low > (OPEN * low.abs().max(high.abs())).max(NARROW),
+            _ => true,
+        }
+    }
 }
 
 /// Parameters chosen among equally good ones.

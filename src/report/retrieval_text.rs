@@ -22,7 +22,8 @@ pub(super) fn retrieved(text: &mut String, report: &Report) {
         return;
     }
     let chosen = report.chosen.as_ref().map(|c| &c.retrieval);
-    let all: Vec<&Retrieval> = report.given.iter().chain(engines).chain(chosen).collect();
+    let all: Vec<&Retrieval> =
+        report.given.iter().chain(&report.beside).chain(engines).chain(chosen).collect();
     let width = all.iter().map(|r| r.label.chars().count()).max().unwrap_or(0).clamp(6, WIDEST);
     objectives(text, &all, &report.timing, width);
     if let Some(chosen) = &report.chosen {

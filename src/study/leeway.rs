@@ -10,11 +10,6 @@ use crate::scenario::Choice;
 use super::Study;
 use super::retrieval::{CHOSEN, Candidate, FromEngines, judge};
 
-/// Width of an interval, in parts of its larger end, from which it counts as open.
-const OPEN: f64 = 0.01;
-/// Width that counts as none: 10 mg, 10 um, 0.1 kg cm^2.
-const NARROW: f64 = 1e-5;
-
 /// Ends of intervals beyond this are none: where nothing bounds a quantity, rounding does [m].
 const FARTHEST_COM: f64 = 1e3;
 /// The same for masses and inertias [kg, kg m²].
@@ -101,12 +96,8 @@ impl Study<'_> {
         let reach = if found.global { "" } else { " as far as steps from the best engine's answer lead" };
         let status = format!("{rule}{reach}; the choice decided, not the data");
         let retrieval = judge(("choice", CHOSEN, &status), space, problem, &found.z, None);
-        let open = |i: &&Interval| match (i.low, i.high) {
-            (Some(low), Some(high)) => high - low > (OPEN * low.abs().max(high.abs())).max(NARROW),
-            _ => true,
-        };
-        let decided =
-            intervals.unwrap_or_default().iter().filter(open).map(|i| i.parameter.clone()).collect();
+        let open = intervals.unwrap_or_default().iter().filter(|i| i.is_open());
+        let decided = open.map(|i| i.parameter.clone()).collect();
         Ok(Some((Chosen { rule, largest_objective: level, decided, retrieval }, found.z)))
     }
 

@@ -5,7 +5,9 @@ mod finished;
 mod friction;
 mod leeway;
 mod moving;
+mod pictures;
 mod retrieval;
+mod rivals;
 mod statics;
 
 use std::collections::BTreeMap;
@@ -19,6 +21,7 @@ use crate::error::{Error, Result};
 use crate::identify::BaseParameters;
 use crate::model_file::ModelFile;
 use crate::report::Report;
+use crate::report::pictures::Pictures;
 use crate::retrieval::checkpoint::Checkpoint;
 use crate::retrieval::{Step, Watch};
 use crate::robot::Robot;
@@ -62,6 +65,8 @@ pub struct Outcome {
     pub model: Option<ModelFile>,
     /// The identified coefficients, where `model` has retrieved ones.
     pub identified: Option<ModelFile>,
+    /// What pictures of it are drawn from, where the study has logs.
+    pub pictures: Option<Pictures>,
     /// Whether an engine was asked to stop; what it had found by then stands in the report.
     pub stopped: bool,
 }
@@ -166,6 +171,7 @@ impl Study<'_> {
             Some(engines) => self.retrieved_model(engines, moving, poses.as_ref(), &friction)?,
             None => None,
         };
+        let pictures = self.pictures(&logs, retrieved.as_ref())?;
         let identified = moving.map(|m| &m.model).or(poses.as_ref().map(|p| &p.model)).cloned();
         let (model, identified) = match retrieved {
             Some(model) => (Some(model), identified),
@@ -174,7 +180,8 @@ impl Study<'_> {
         let identifications: Vec<_> =
             poses.into_iter().map(|p| p.report).chain(logs.fitted.map(|m| m.report)).collect();
         let conflict = engines.as_ref().and_then(|e| e.conflict.clone());
-        let given = engines.as_ref().and_then(|e| e.given.clone());
+        let given = engines.as_ref().map_or(Vec::new(), |e| e.given.clone());
+        let (given, beside) = given.into_iter().partition::<Vec<_>, _>(|r| r.label == retrieval::GIVEN);
         let report = Report {
             lacuna: env!("CARGO_PKG_VERSION").to_string(),
             seed: self.seed,
@@ -185,7 +192,8 @@ impl Study<'_> {
             friction,
             diagnosis: None,
             retrievals: engines.map(|e| e.reports),
-            given,
+            given: given.into_iter().next(),
+            beside,
             conflict: conflict.map(|c| c.constraints),
             intervals: leeway.intervals,
             chosen: leeway.chosen,
@@ -193,7 +201,7 @@ impl Study<'_> {
             warnings: self.warnings,
             timing: self.timing,
         };
-        Ok(Outcome { report, model, identified, stopped: self.stopped })
+        Ok(Outcome { report, model, identified, pictures, stopped: self.stopped })
     }
 
     fn timed<T>(&mut self, step: &str, work: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {

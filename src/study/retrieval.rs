@@ -17,11 +17,12 @@ use crate::scenario::Objective;
 use crate::space::Parameter;
 
 use super::moving::FromLogs;
+use super::rivals::Rival;
 use super::statics::FromPoses;
 use super::{Study, published};
 
 /// Label of the robot file's own inertias.
-const GIVEN: &str = "given";
+pub(super) const GIVEN: &str = "given";
 /// Label of parameters that the user's rule took among equally good ones.
 pub(super) const CHOSEN: &str = "chosen";
 
@@ -32,7 +33,8 @@ pub(super) struct FromEngines {
     pub problem: Option<Problem>,
     /// All sets of parameters worth comparing: the robot file's own, every engine's, the chosen one.
     pub candidates: Vec<Candidate>,
-    pub given: Option<Retrieval>,
+    /// What was not retrieved here.
+    pub given: Vec<Retrieval>,
     pub reports: Vec<Retrieval>,
     pub conflict: Option<Conflict>,
 }
@@ -78,13 +80,14 @@ impl Study<'_> {
             return Ok(None);
         }
         let mut engines = std::mem::take(&mut self.scenario.engines);
-        self.make_ready(&mut engines)?;
+        let labels = self.make_ready(&mut engines)?;
         let (space, objective) = match self.scenario.objective {
             Objective::Coefficients => self.coefficient_distance(poses, moving)?,
             Objective::Torque => self.torque_error(moving)?,
         };
+        // Whether these can be read is found out now, not after the engines' work.
+        let rivals = self.rivals(&space, &labels)?;
         if let Some(choice) = &self.scenario.choice {
-            // Found out now, not after the engines' work.
             self.rule(choice, &space)?;
         }
         let forms = forms(&self.robot, &space, &self.scenario.constraints)?;
@@ -93,11 +96,11 @@ impl Study<'_> {
         }
         let problem = self.problem(&space, objective, forms)?;
         let results = self.run_engines(&engines, &problem)?;
-        Ok(Some(self.judged(space, problem, &engines, &results)))
+        Ok(Some(self.judged(space, problem, &engines, (&results, &rivals))))
     }
 
-    /// Whether the engines can run, found out before the first one does.
-    fn make_ready(&self, engines: &mut [Box<dyn RetrievalEngine>]) -> Result<()> {
+    /// Whether the engines can run, found out before the first one does; their labels.
+    fn make_ready(&self, engines: &mut [Box<dyn RetrievalEngine>]) -> Result<BTreeSet<String>> {
         let mut labels = BTreeSet::new();
         for engine in engines.iter_mut() {
             engine.available()?;
@@ -118,7 +121,7 @@ impl Study<'_> {
                     .in_file(&c.folder)
                     .help("give the folder that the interrupted study wrote to, or start without --resume"))
             }
-            _ => Ok(()),
+            _ => Ok(labels),
         }
     }
 
@@ -151,13 +154,13 @@ impl Study<'_> {
         Ok(results)
     }
 
-    /// All results by the one audit, the robot file's own inertias among them.
+    /// All results by the one audit, those that were not retrieved here among them.
     fn judged(
         &self,
         space: LinkSpace,
         problem: Problem,
         engines: &[Box<dyn RetrievalEngine>],
-        results: &[(String, Retrieved)],
+        (results, rivals): (&[(String, Retrieved)], &[Rival]),
     ) -> FromEngines {
         let bound = bound(&problem, results);
         let rows = engines.iter().zip(results).map(|(engine, (label, found))| {
@@ -169,12 +172,11 @@ impl Study<'_> {
             }
         });
         let reports = rows.collect();
-        let own = self.robot.inertial_parameters().ok().filter(|own| own.len() == space.space.len());
-        let about = ("given", GIVEN, "not retrieved: the inertias of the robot file");
-        let given = own.as_ref().map(|own| judge(about, &space, &problem, own, bound));
-        let candidates =
-            own.iter().map(|own| (GIVEN, own)).chain(results.iter().map(|(l, r)| (l.as_str(), &r.z)));
-        let candidates = candidates.map(|(label, z)| Candidate::new(label, &space, z)).collect();
+        let rows =
+            rivals.iter().map(|r| judge(("given", &r.label, &r.status), &space, &problem, &r.z, bound));
+        let given = rows.collect();
+        let all = rivals.iter().map(|r| (&r.label, &r.z)).chain(results.iter().map(|(l, r)| (l, &r.z)));
+        let candidates = all.map(|(label, z)| Candidate::new(label, &space, z)).collect();
         FromEngines { space, problem: Some(problem), candidates, given, reports, conflict: None }
     }
 
@@ -266,7 +268,7 @@ fn stacked(moving: &FromLogs, order: &[usize]) -> Triangle {
 impl FromEngines {
     fn nothing(space: LinkSpace, conflict: Conflict) -> Self {
         let (candidates, reports) = (Vec::new(), Vec::new());
-        Self { space, problem: None, candidates, given: None, reports, conflict: Some(conflict) }
+        Self { space, problem: None, candidates, given: Vec::new(), reports, conflict: Some(conflict) }
     }
 
     /// The feasible result with the smallest objective, and its parameters.

@@ -75,7 +75,7 @@ fn a_scenario_is_told_where_its_script_is_wrong() {
     let report = file(Path::new("scenarios/two_link.ron"), &Options::default());
     println!("{}", report.text());
     assert!(report.is_sound(), "{:?}", report.problems);
-    assert!(report.text().contains("script: 1 conditions, 1 of them not for `lmi`"), "{}", report.text());
+    assert!(report.text().contains("script: 1 condition, 1 of them not for `lmi`"), "{}", report.text());
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("study.ron");
     let robot = std::fs::read_to_string("robots/two_link.ron").expect("reads");
