@@ -148,15 +148,17 @@ pub fn diagnose(request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<Outco
     let telling = look.telling(&request, &first.base);
     let mut pictures = pictures::of(&look.ladder, &first.base, telling.climb());
     let mut diagnosis = telling.tell()?;
-    let delay = late.as_ref().map(Late::effect);
+    let delayed = late.is_some();
     if let Some(late) = late {
         late.into_answer(&mut diagnosis, &telling, &look.base);
     }
-    let model = model_file(first, &look, &request, delay.clone())?;
+    let model = model_file(first, &look, &request, delayed)?;
     if let Some(until) = request.nested {
         diagnosis.nested = Some(nested::run(&request, &first.chosen, until, say)?);
     }
-    if let Some((validation, traces)) = validate(&request, &first.basis(), &look.ladder, delay)? {
+    let found = look.ladder.parts.shared_effects();
+    let found = if delayed { Late::among(found) } else { found };
+    if let Some((validation, traces)) = validate(&request, &first.basis(), found)? {
         diagnosis.validation = Some(validation);
         pictures.traces.extend(traces);
     }
@@ -167,10 +169,10 @@ pub fn diagnose(request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<Outco
 }
 
 /// One look at the logs: signals chosen, effects searched.
-struct Look {
-    chosen: Chosen,
-    ladder: Ladder,
-    base: Base,
+pub(super) struct Look {
+    pub chosen: Chosen,
+    pub ladder: Ladder,
+    pub base: Base,
     added: Vec<telling::Added>,
     undecided: Vec<Undecided>,
 }
@@ -320,15 +322,10 @@ fn refuse_shared_rows(request: &Request<'_>) -> Result<()> {
 }
 
 /// The model people take away: the start, what was added, and with `--auto` what was found.
-fn model_file(
-    first: &Look,
-    look: &Look,
-    request: &Request<'_>,
-    delay: Option<Box<dyn Effect>>,
-) -> Result<ModelFile> {
+fn model_file(first: &Look, look: &Look, request: &Request<'_>, delayed: bool) -> Result<ModelFile> {
     let ladder = &look.ladder;
     let asked: Vec<usize> = look.added.iter().flat_map(|a| a.parts.clone()).collect();
-    let effects = ladder
+    let effects: Vec<Box<dyn Effect>> = ladder
         .parts
         .numbers()
         .into_iter()
@@ -337,10 +334,10 @@ fn model_file(
             !found || (request.reference.is_empty() && (request.auto || asked.contains(&k)))
         })
         .map(|k| ladder.parts.get(k).effect.clone())
-        .chain(delay.filter(|_| request.auto))
         .collect();
     let names: Vec<&str> = request.logs.iter().map(|log| log.name.as_str()).collect();
     let origin = format!("diagnosis of {}", names.join(", "));
+    let effects = if delayed && request.auto { Late::among(effects) } else { effects };
     let (model, fitted) = fitted(&first.ladder.data, effects)?;
     Ok(ModelFile::new(&model, &fitted.x, &fitted.robust_sd, first.chosen.settings.clone(), origin))
 }

@@ -47,9 +47,13 @@ impl Late {
         logs.iter().map(|log| shifted(log, self.seconds)).collect()
     }
 
-    /// The effect, for models of the logs as they are.
-    pub fn effect(&self) -> Box<dyn Effect> {
-        Box::new(TimeDelay { joints: Joints::All })
+    /// These effects, for models of the logs as they are: the delay stands among them once.
+    pub fn among(effects: Vec<Box<dyn Effect>>) -> Vec<Box<dyn Effect>> {
+        let own: Box<dyn Effect> = Box::new(TimeDelay { joints: Joints::All });
+        let others = effects.into_iter().filter(|e| e.about().name != own.about().name);
+        let mut all: Vec<Box<dyn Effect>> = others.collect();
+        all.push(own);
+        all
     }
 
     /// Puts it before everything else, or aside where it is less than the clock can tell. `mended` is the starting

@@ -35,19 +35,17 @@ pub(super) struct Basis<'a> {
     pub base: &'a Base,
 }
 
-/// Errors on logs that are never fitted, of the start and of everything that was found; with the series.
+/// Errors on logs that are never fitted, of the start and of `found`, fitted to the same data; with the series.
 pub(super) fn validate(
     request: &Request<'_>,
     basis: &Basis<'_>,
-    after: &Ladder,
-    delay: Option<Box<dyn Effect>>,
+    found: Vec<Box<dyn Effect>>,
 ) -> Result<Option<(Validation, Vec<Trace>)>> {
     if request.validate.is_empty() {
         return Ok(None);
     }
     let data = &basis.ladder.data;
     let runs = unseen_runs(data, &request.validate, basis.chosen)?;
-    let found = after.parts.shared_effects().into_iter().chain(delay).collect();
     let (before, torque_before) =
         basis.base.predicted(basis.ladder, &runs, |effects| predicted(data, effects, &runs))?;
     let (after, torque_after) = predicted(data, found, &runs)?;
