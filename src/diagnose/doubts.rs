@@ -3,7 +3,9 @@
 use super::answer::Inseparable;
 use super::data::Data;
 use super::ladder::{Ladder, Refusal};
+use super::late::OF_A_SAMPLE;
 use super::unknown::Search;
+use crate::effects::Effect;
 use crate::error::Result;
 
 /// Effects that noise of the acceleration can imitate; they must survive a position filter of half the cut-off.
@@ -52,6 +54,14 @@ fn separating_motion(a: &str, b: &str) -> &'static str {
     } else {
         "a motion of that joint with other speeds and in other poses"
     }
+}
+
+/// Why a delay is no physics: it is shorter than the clock of the log can tell.
+pub(super) fn of_the_clock(effect: &dyn Effect, values: &[f64], data: &Data) -> Option<String> {
+    let dt = data.runs.first().map_or(0.0, |run| run.dt);
+    let short = effect.about().name == "time_delay" && values.iter().all(|s| s.abs() < OF_A_SAMPLE * dt);
+    let milliseconds = 1e3 * values.first().copied().unwrap_or(0.0);
+    short.then(|| format!("{milliseconds:.2} ms is a small part of the sampling time: the clock's doing"))
 }
 
 /// Structure that is left on a joint whose effect was named.

@@ -13,7 +13,7 @@ use super::gates::Gates;
 use super::parts::{Part, Parts};
 use super::present::{Present, Response, rms};
 use super::score::{Projection, Score};
-use super::{Limits, events, refine};
+use super::{Limits, doubts, events, refine};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::report::pictures::Ranked;
@@ -253,6 +253,7 @@ impl Ladder {
         score.share >= self.limits.least_share
             && usefulness >= self.limits.least_usefulness
             && score.z_without_best >= self.limits.z_without_best
+            && score.in_one_second <= self.limits.most_in_one_second
     }
 
     fn is_refused(&self, candidate: &Candidate) -> bool {
@@ -326,8 +327,9 @@ impl Ladder {
         let start = chosen.alternatives[alternative].clone();
         let effect = refine::shapes(&self.data, &self.present, start)?;
         let values = self.values(effect.as_ref())?;
-        let reason =
-            effect.undecidable(&self.data.robot, &self.data.runs).or_else(|| effect.implausible(&values));
+        let reason = (effect.undecidable(&self.data.robot, &self.data.runs))
+            .or_else(|| effect.implausible(&values))
+            .or_else(|| doubts::of_the_clock(effect.as_ref(), &values, &self.data));
         if let Some(reason) = reason {
             self.refused.push(Refusal { identity, reason });
             return Ok(None);

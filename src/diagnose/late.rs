@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::log::Log;
 
 /// A delay below this part of a sampling time is the clock's doing, not worth a word beside physics.
-const OF_A_SAMPLE: f64 = 0.5;
+pub(super) const OF_A_SAMPLE: f64 = 0.5;
 
 /// A delay of the whole robot, with what was known of it when it was found.
 pub(super) struct Late {

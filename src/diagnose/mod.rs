@@ -62,6 +62,8 @@ pub struct Limits {
     pub least_usefulness: f64,
     /// Least z without the one second that helps most.
     pub z_without_best: f64,
+    /// Most that one second may bring of an effect's gain: physics acts more than once.
+    pub most_in_one_second: f64,
     /// Two explanations tie when one has this part of the other's gain, and the paired losses do not differ.
     pub tie_gain: f64,
     /// Sign flips cannot raise the threshold beyond this, the most that they reach on pure noise: where large
@@ -84,6 +86,7 @@ impl Default for Limits {
             least_share: 0.002,
             least_usefulness: 0.1,
             z_without_best: 3.0,
+            most_in_one_second: 0.6,
             tie_gain: 0.75,
             most_z: 5.3,
             sign_flips: 40,

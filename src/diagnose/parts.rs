@@ -91,13 +91,15 @@ impl Part {
         let mut slopes = Vec::new();
         for (k, shape) in shapes.iter().enumerate() {
             let step = STEP * shape.value.abs().max(0.05 * (shape.high - shape.low));
-            let at = |sign: f64| -> Result<Vec<Column>> {
+            // A difference may become one-sided at the end of the range, but never leaves it.
+            let ends = [now[k] + step, now[k] - step].map(|x| x.clamp(shape.low, shape.high));
+            let at = |value: f64| -> Result<Vec<Column>> {
                 let mut moved = now.clone();
-                moved[k] += sign * step;
+                moved[k] = value;
                 data.candidate_columns(self.effect.with_shapes(&moved).as_ref())
             };
-            let (up, down) = (at(1.0)?, at(-1.0)?);
-            slopes.push(Arc::new(difference(&up, &down, values, 0.5 / step)));
+            let (up, down) = (at(ends[0])?, at(ends[1])?);
+            slopes.push(Arc::new(difference(&up, &down, values, 1.0 / (ends[0] - ends[1]).max(1e-12))));
         }
         Ok(slopes)
     }

@@ -53,6 +53,8 @@ pub(super) struct Score {
     pub z: f64,
     /// The same without the one second that helps most.
     pub z_without_best: f64,
+    /// Part of the gain that the one second brings that helps most.
+    pub in_one_second: f64,
     /// The alternative that most folds chose.
     pub alternative: usize,
 }
@@ -61,7 +63,16 @@ impl Score {
     /// A score for what was found in another way than by held-out blocks.
     pub fn of_gain(gain_of_joint: Vec<f64>, z: f64) -> Self {
         let gain = gain_of_joint.iter().sum();
-        Self { effect: Vec::new(), gain, share: 0.0, gain_of_joint, z, z_without_best: z, alternative: 0 }
+        Self {
+            effect: Vec::new(),
+            gain,
+            share: 0.0,
+            gain_of_joint,
+            z,
+            z_without_best: z,
+            in_one_second: 0.0,
+            alternative: 0,
+        }
     }
 }
 
@@ -304,9 +315,9 @@ pub(super) fn judge(data: &Data, present: &Present, residual: &[Vec<f64>], effec
     let (fr, ff): (f64, f64) = (cross.iter().sum(), own.iter().sum());
     let gain = 2.0 * fr - ff;
     let z = autocorrelated_z(data, &cross, &own);
-    let without = without_best_second(data, &cross, &own);
+    let (without, in_one_second) = without_best_second(data, &cross, &own);
     let share = if error > 0.0 { gain / error } else { 0.0 };
-    Score { effect, gain, share, gain_of_joint, z, z_without_best: without, alternative: 0 }
+    Score { effect, gain, share, gain_of_joint, z, z_without_best: without, in_one_second, alternative: 0 }
 }
 
 /// `sum(f r) / sd(sum(f r))` with a Newey-West variance of bandwidth 1 s.
@@ -337,7 +348,8 @@ pub(super) fn long_run_variance(data: &Data, u: &[f64]) -> f64 {
     total.max(0.25 * white)
 }
 
-fn without_best_second(data: &Data, cross: &[f64], own: &[f64]) -> f64 {
+/// The score without the one second that helps most, and the part of the gain that this one brings.
+fn without_best_second(data: &Data, cross: &[f64], own: &[f64]) -> (f64, f64) {
     let seconds = data.seconds();
     let mut gains = vec![0.0; seconds.last().map_or(0, |s| s + 1)];
     for (k, &second) in seconds.iter().enumerate() {
@@ -347,5 +359,6 @@ fn without_best_second(data: &Data, cross: &[f64], own: &[f64]) -> f64 {
     let drop = |x: &[f64]| -> Vec<f64> {
         x.iter().zip(&seconds).map(|(x, s)| if Some(*s) == best { 0.0 } else { *x }).collect()
     };
-    autocorrelated_z(data, &drop(cross), &drop(own))
+    let part = best.map_or(0.0, |b| gains[b]) / gains.iter().sum::<f64>().max(1e-300);
+    (autocorrelated_z(data, &drop(cross), &drop(own)), part)
 }
