@@ -24,6 +24,10 @@ pub struct Answer {
     pub joint: Option<String>,
     /// Variables, for an unknown.
     pub depends_on: Vec<String>,
+    /// Its significance.
+    pub z: f64,
+    /// Part of the held-out squared error that it explains \[%\].
+    pub gain_percent: f64,
     /// Whether it is right.
     pub right: bool,
 }
@@ -117,6 +121,8 @@ fn listed(found: &Diagnosis) -> Vec<Answer> {
             effect: m.effect.clone(),
             joint: joint.cloned(),
             depends_on: Vec::new(),
+            z: m.z,
+            gain_percent: m.gain_percent,
             right: false,
         };
         if m.joints.is_empty() {
@@ -132,6 +138,8 @@ fn listed(found: &Diagnosis) -> Vec<Answer> {
             effect: "unknown".to_string(),
             joint: Some(u.joint.clone()),
             depends_on: u.depends_on.clone(),
+            z: u.z,
+            gain_percent: u.gain_percent,
             right: false,
         })
         .collect();

@@ -26,7 +26,8 @@ pub(super) struct Diagnose {
     /// A log that is never fitted (CSV).
     #[arg(long, value_name = "CSV")]
     validate: Vec<PathBuf>,
-    /// A log of the same robot before something changed (CSV).
+    /// A log of the same robot before something changed (CSV): candidates exist in --data only, so that the answer is
+    /// what changed (a payload with mass and centre of mass, friction, a sensor).
     #[arg(long, value_name = "CSV")]
     reference: Vec<PathBuf>,
     /// Model to start from: rigid, classic, given (the robot file's own inertias), or a model file.
@@ -280,10 +281,16 @@ impl Diagnose {
                 out.join("report.html").display()
             );
         }
+        if written.is_some() && !self.auto && !outcome.diagnosis.missing.is_empty() {
+            text += "         model.ron holds the starting model";
+            text += if self.add.is_empty() { "; " } else { " and what --add named; " };
+            text += "--auto adds what was found\n";
+        }
         let what = match &self.scenario {
             Some(file) => file.display().to_string(),
-            None => format!("--robot {} --data ..", robot.display()),
+            None => format!("--robot {} --data LOG.csv", robot.display()),
         };
+        let auto = if self.auto { " --auto" } else { "" };
         let script = outcome.diagnosis.unexplained.iter().find_map(|u| u.script.as_ref()).zip(written);
         let step = match (outcome.diagnosis.missing.first(), script) {
             (None, Some((file, out))) => {
@@ -299,7 +306,7 @@ impl Diagnose {
                     out.join("model.ron").display(),
                     robot.display()
                 ),
-                None => format!("lacuna diagnose {what} --out DIR   keeps the model"),
+                None => format!("lacuna diagnose {what}{auto} --out DIR   keeps the model"),
             },
         };
         text += &format!("next     {step}\n");

@@ -156,8 +156,13 @@ pub fn diagnose(request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<Outco
     if let Some(until) = request.nested {
         diagnosis.nested = Some(nested::run(&request, &first.chosen, until, say)?);
     }
-    let found = look.ladder.parts.shared_effects();
-    let found = if delayed { Late::among(found) } else { found };
+    // Who adds effects one by one sees what these do; otherwise what everything that was found would.
+    let one_by_one = !request.auto && !request.add.is_empty();
+    let found = match one_by_one {
+        true => taken(&look, &request, delayed),
+        false if delayed => Late::among(look.ladder.parts.shared_effects()),
+        false => look.ladder.parts.shared_effects(),
+    };
     if let Some((validation, traces)) = validate(&request, &first.basis(), found)? {
         diagnosis.validation = Some(validation);
         pictures.traces.extend(traces);
@@ -323,6 +328,15 @@ fn refuse_shared_rows(request: &Request<'_>) -> Result<()> {
 
 /// The model people take away: the start, what was added, and with `--auto` what was found.
 fn model_file(first: &Look, look: &Look, request: &Request<'_>, delayed: bool) -> Result<ModelFile> {
+    let names: Vec<&str> = request.logs.iter().map(|log| log.name.as_str()).collect();
+    let origin = format!("diagnosis of {}", names.join(", "));
+    let effects = taken(look, request, delayed);
+    let (model, fitted) = fitted(&first.ladder.data, effects)?;
+    Ok(ModelFile::new(&model, &fitted.x, &fitted.robust_sd, first.chosen.settings.clone(), origin))
+}
+
+/// The effects that people take away.
+fn taken(look: &Look, request: &Request<'_>, delayed: bool) -> Vec<Box<dyn Effect>> {
     let ladder = &look.ladder;
     let asked: Vec<usize> = look.added.iter().flat_map(|a| a.parts.clone()).collect();
     let effects: Vec<Box<dyn Effect>> = ladder
@@ -335,11 +349,7 @@ fn model_file(first: &Look, look: &Look, request: &Request<'_>, delayed: bool) -
         })
         .map(|k| ladder.parts.get(k).effect.clone())
         .collect();
-    let names: Vec<&str> = request.logs.iter().map(|log| log.name.as_str()).collect();
-    let origin = format!("diagnosis of {}", names.join(", "));
-    let effects = if delayed && request.auto { Late::among(effects) } else { effects };
-    let (model, fitted) = fitted(&first.ladder.data, effects)?;
-    Ok(ModelFile::new(&model, &fitted.x, &fitted.robust_sd, first.chosen.settings.clone(), origin))
+    if delayed && request.auto { Late::among(effects) } else { effects }
 }
 
 /// Whether a verdict can be given.

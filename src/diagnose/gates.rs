@@ -4,6 +4,8 @@ use rayon::prelude::*;
 
 use super::Limits;
 use super::ladder::Ladder;
+use super::present::rms;
+use super::score::Score;
 use crate::random::Stream;
 
 /// Part of the replicates that a threshold lies above.
@@ -37,6 +39,27 @@ impl Gates {
 }
 
 impl Ladder {
+    /// Whether the score of something on a joint, or on the whole robot, is believed.
+    pub fn passes(&self, joint: Option<usize>, usefulness: f64, score: &Score) -> bool {
+        score.z >= self.gates.of(joint) && self.worthwhile(usefulness, score)
+    }
+
+    /// The largest part of a joint's held-out squared error that a score removes.
+    fn part_of_joint(&self, score: &Score) -> f64 {
+        let n = self.data.count() as f64;
+        let part = |(gain, r): (&f64, &Vec<f64>)| gain / (rms(r).powi(2) * n).max(1e-300);
+        score.gain_of_joint.iter().zip(&self.response.residual).map(part).fold(0.0, f64::max)
+    }
+
+    /// Everything that is asked of a score beside its significance.
+    pub fn worthwhile(&self, usefulness: f64, score: &Score) -> bool {
+        score.share >= self.limits.least_share
+            && self.part_of_joint(score) >= self.limits.least_of_joint
+            && usefulness >= self.limits.least_usefulness
+            && score.z_without_best >= self.limits.z_without_best
+            && score.in_one_second <= self.limits.most_in_one_second
+    }
+
     /// Calibrates the thresholds: present residuals with random signs have nothing to find, and what is found in
     /// them all the same is chance. Signs change every second, joint by joint.
     pub fn calibrate(&mut self, seed: u64, say: &mut dyn FnMut(&str)) {

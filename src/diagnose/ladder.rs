@@ -243,19 +243,6 @@ impl Ladder {
         joint.map_or_else(|| (0..self.data.dof()).map(of).sum(), of)
     }
 
-    /// Whether the score of something on a joint, or on the whole robot, is believed.
-    pub fn passes(&self, joint: Option<usize>, usefulness: f64, score: &Score) -> bool {
-        score.z >= self.gates.of(joint) && self.worthwhile(usefulness, score)
-    }
-
-    /// Everything that is asked of a score beside its significance.
-    pub fn worthwhile(&self, usefulness: f64, score: &Score) -> bool {
-        score.share >= self.limits.least_share
-            && usefulness >= self.limits.least_usefulness
-            && score.z_without_best >= self.limits.z_without_best
-            && score.in_one_second <= self.limits.most_in_one_second
-    }
-
     fn is_refused(&self, candidate: &Candidate) -> bool {
         self.refused.iter().any(|r| r.identity == candidate.identity)
     }
@@ -266,7 +253,8 @@ impl Ladder {
             self.refresh_candidates()?;
             let scored = self.scan();
             self.note_ranking(&scored);
-            self.best_left = scored.iter().map(|s| s.score.z).fold(0.0, f64::max);
+            let worthwhile = scored.iter().filter(|s| self.worthwhile(s.usefulness, &s.score));
+            self.best_left = worthwhile.map(|s| s.score.z).fold(0.0, f64::max);
             let passes =
                 |s: &&Scored| self.passes(self.candidates[s.candidate].joint, s.usefulness, &s.score);
             let passing: Vec<&Scored> = scored.iter().filter(passes).collect();

@@ -58,6 +58,8 @@ pub struct Limits {
     pub least_z: f64,
     /// Least part of the held-out weighted squared error.
     pub least_share: f64,
+    /// Least part of the held-out squared error of a joint that it acts on: what matters less is no finding.
+    pub least_of_joint: f64,
     /// Least gain in units of the noise floor, per sample.
     pub least_usefulness: f64,
     /// Least z without the one second that helps most.
@@ -84,6 +86,7 @@ impl Default for Limits {
         Self {
             least_z: 5.0,
             least_share: 0.002,
+            least_of_joint: 0.05,
             least_usefulness: 0.1,
             z_without_best: 3.0,
             most_in_one_second: 0.6,

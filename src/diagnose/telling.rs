@@ -354,11 +354,14 @@ impl Telling<'_> {
         }
         let (low, high) = ladder.gates.range();
         let from =
-            if high - low < 0.05 { format!("{low:.1}") } else { format!("{low:.1} to {high:.1} by joint") };
-        format!(
-            "nothing else is significant: the best remaining z is {:.1} (believed from {from} on)",
-            ladder.best_left
-        )
+            if high - low < 0.05 { format!("{low:.1}") } else { format!("{low:.1} to {high:.1}, by joint") };
+        if ladder.best_left > 0.0 {
+            return format!(
+                "nothing else passes: the largest z left is {:.1}, needed is {from}",
+                ladder.best_left
+            );
+        }
+        format!("nothing else passes: nothing that is left matters (a z of {from} is needed as well)")
     }
 }
 

@@ -140,9 +140,10 @@ fn validation(d: &Diagnosis) -> String {
     let Some(v) = &d.validation else { return String::new() };
     let percent = |p: Option<f64>| p.map_or("-".to_string(), |p| format!("{p:.3} %"));
     let mut text = format!(
-        "\nvalidation log, never fitted: {} -> {}\n",
+        "\nvalidation log, never fitted: {} -> {}{}\n",
         percent(v.before_relative_error_percent),
-        percent(v.after_relative_error_percent)
+        percent(v.after_relative_error_percent),
+        if d.ladder.is_empty() { " with all of this added" } else { "" }
     );
     for (joint, [before, after]) in &v.rms {
         text += &format!("      {joint}: {before:.4} -> {after:.4}\n");
