@@ -199,15 +199,12 @@ impl Look {
         let added = asked::add(&mut ladder, &request.add)?;
         let clock = Instant::now();
         if undecided.iter().all(|(_, blocks)| !blocks) {
-            search(&mut ladder, request.seed, say)?;
+            climb_honestly(request, &chosen, &mut ladder, logs, say)?;
             if let Some(better) = signals::again(request, &chosen, &ladder, logs)? {
                 say(&format!("again with positions filtered at {} Hz", better.settings.position_cutoff_hz));
                 ladder.move_to(request.data(&better, better.runs.clone())?)?;
                 chosen = better;
-                search(&mut ladder, request.seed, say)?;
-            }
-            if doubts::drop_artefacts(&mut ladder, smoother(request, &chosen, logs)?)? {
-                ladder.look_back(say)?;
+                climb_honestly(request, &chosen, &mut ladder, logs, say)?;
             }
         }
         *timing.entry("search".to_string()).or_default() += clock.elapsed().as_secs_f64();
@@ -230,6 +227,21 @@ impl Look {
             undecided: &self.undecided,
         }
     }
+}
+
+/// Searches, and drops what is noise of the acceleration.
+fn climb_honestly(
+    request: &Request<'_>,
+    chosen: &Chosen,
+    ladder: &mut Ladder,
+    logs: &[Log],
+    say: &mut dyn FnMut(&str),
+) -> Result<()> {
+    search(ladder, request.seed, say)?;
+    if doubts::drop_artefacts(ladder, smoother(request, chosen, logs)?)? {
+        ladder.look_back(say)?;
+    }
+    Ok(())
 }
 
 /// Contacts first; then forward, backward, forward again, until neither changes anything. The threshold is
