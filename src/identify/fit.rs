@@ -124,7 +124,9 @@ pub fn fit(model: &Model, evidence: &Evidence, left_out: Option<usize>, weightin
             weights = joint_weights(&fit.errors.rms);
             // Torque that is zero throughout was not measured.
             let silent = |t: &Triangle| t.column_squares(t.columns() - 1) <= 0.0;
-            weights.iter_mut().zip(&triangles).filter(|(_, t)| silent(t)).for_each(|(w, _)| *w = 0.0);
+            if !triangles.iter().all(silent) {
+                weights.iter_mut().zip(&triangles).filter(|(_, t)| silent(t)).for_each(|(w, _)| *w = 0.0);
+            }
             fit = solve(model, &triangles, &weights)?;
         }
     }
