@@ -16,7 +16,11 @@ export function dataView() {
   const columns = columnsCard();
   const act = (path, body) => attempt(refused, () => post(path, body));
   const take = (kind, files) => attempt(refused, async () => {
-    for (const file of files) await upload(kind, file);
+    for (const file of files) {
+      refused.replaceChildren(h("p.note", { role: "status" }, `taking in ${file.name} ..`));
+      await upload(kind, file);
+    }
+    refused.replaceChildren();
   });
   drops.append(...KINDS.map((kind) => dropZone(kind, take)));
   const element = h("div.view", { id: "view-data" }, h("header.verdict", {}, h("h1", {}, "Robot and logs"),

@@ -22,9 +22,10 @@ export function whenChanged(draw) {
   };
 }
 
-/** A button; `key` keeps the focus on it when it is drawn again. */
-export function button(text, act, { key = text, kind = "", ...attributes } = {}) {
-  return h(kind ? `button.${kind}` : "button", { type: "button", "data-key": key, onclick: act, ...attributes }, text);
+/** A button; `key` keeps the focus on it when it is drawn again, even while it is `disabled`. */
+export function button(text, act, { key = text, kind = "", disabled = false, ...attributes } = {}) {
+  const press = (event) => event.currentTarget.getAttribute("aria-disabled") !== "true" && act(event);
+  return h(kind ? `button.${kind}` : "button", { type: "button", "data-key": key, "aria-disabled": disabled && "true", onclick: press, ...attributes }, text);
 }
 
 /** A card with a title. */
