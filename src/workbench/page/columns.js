@@ -1,16 +1,9 @@
 // The column map: how a foreign log's columns become time, position and torque.
 import { Refused, post } from "/bench/api.js";
 import { Editor } from "/bench/editor.js";
+import { mapping } from "/bench/mapping.js";
 import { attempt, button, renew, whenChanged } from "/bench/parts.js";
 import { choice, h } from "/page/dom.js";
-
-const EXAMPLE = `(
-    // Names as they stand in the file's header; {1} counts the joints from 1, {0} from 0.
-    time: (column: "stamp_ms", unit: Milliseconds),
-    position: (columns: "angle_{1}", unit: Degrees),
-    torque: (columns: "torque_{1}"),
-)
-`;
 
 export function columnsCard() {
   const editor = new Editor({ label: "column map", rows: 10 });
@@ -29,13 +22,29 @@ export function columnsCard() {
     h("p.note", {}, "Without a map, columns are read as t, q1.., dq1.., ddq1.., tau1.. in s, rad, N m. A map says what other headers mean, in which unit, with which sign, and which gain makes torque of current."),
     editor.element, refused,
     h("div.tools", {}, button("Use this map", () => send({ text: editor.text }), { kind: "main" }),
-      button("Write an example", () => { editor.text = EXAMPLE; editor.show([]); }),
       button("Read without a map", () => { editor.text = ""; return send({ text: null }); }), shipped));
-  const draw = whenChanged((columns, opened) => {
-    editor.text = columns.text ?? "";
-    editor.show(columns.problems);
-    renew(shipped, choice("ready maps", [["", "choose"], ...columns.shipped.map((name) => [name, name])], "", (name) => name && send({ shipped: name })));
-    if (opened) details.open = true;
+  const chooser = h("div");
+  editor.element.before(chooser);
+  const write = (text) => {
+    editor.text = text;
+    editor.show([]);
+  };
+  const drawChooser = whenChanged((headers, names, needed) => renew(chooser, headers && names && mapping(headers, names, write, needed && editor.text === "")));
+  const drawText = whenChanged((text, problems) => {
+    editor.text = text ?? "";
+    editor.show(problems);
   });
-  return { element: details, draw: (state) => draw(state.columns, state.columns.problems.length > 0 || state.logs.some((l) => !l.usable)) };
+  const drawShipped = whenChanged((all) => renew(shipped, choice("ready maps", [["", "choose"], ...all.map((name) => [name, name])], "", (name) => name && send({ shipped: name }))));
+  const open = whenChanged((needed) => {
+    if (needed) details.open = true;
+  });
+  return { element: details, draw: (state) => {
+    details.hidden = !state.logs.length && state.columns.text === null;
+    const needed = state.columns.problems.length > 0 || state.logs.some((l) => !l.usable);
+    const log = state.logs.find((l) => !l.usable) ?? state.logs[0];
+    drawText(state.columns.text, state.columns.problems);
+    drawChooser(log?.columns.map((c) => c.header).filter(Boolean) ?? null, state.robot?.joints.map((j) => j.name) ?? null, needed);
+    drawShipped(state.columns.shipped);
+    open(needed);
+  } };
 }

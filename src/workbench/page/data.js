@@ -22,15 +22,18 @@ export function dataView() {
     }
     refused.replaceChildren();
   });
-  drops.append(...KINDS.map((kind) => dropZone(kind, take)));
+  const zones = KINDS.map((kind) => dropZone(kind, take));
+  drops.append(...zones.map((zone) => zone.element));
   const element = h("div.view", { id: "view-data" }, h("header.verdict", {}, h("h1", {}, "Robot and logs"),
-    h("p.note", {}, "Everything stays on this computer: files go to the study's folder and nowhere else.")), drops, refused, h("div.loading", {}, h("div", {}, robot, logs), columns.element));
+    h("p.note", {}, "Give the workbench a robot and a log of its motion and torque; the first model is fitted at once. Everything stays on this computer, in the study's folder.")), drops, refused, h("div.loading", {}, h("div", {}, robot, logs), columns.element));
   anywhere(element, take);
   const drawRobot = whenChanged((one) => renew(robot, one && robotCard(one)));
   const drawLogs = whenChanged((all) => renew(logs, all.map((log) => logCard(log, act))));
   return {
     element,
     draw: (state) => {
+      const named = (role) => state.logs.filter((l) => l.role === role).map((l) => `${l.usable ? "✓" : "!"} ${l.name}`).join("  ");
+      [state.robot ? `✓ ${state.robot.name}` : "", named("fit"), named("validate")].forEach((text, k) => zones[k].have(text));
       drawRobot(state.robot);
       columns.draw(state);
       drawLogs(state.logs);
@@ -44,7 +47,11 @@ function dropZone([kind, title, what, accept], take) {
       await take(kind, [...input.files]);
       input.value = "";
     } });
-  const zone = h("label.drop", { "data-drop": kind }, input, h("b", {}, title), h("span.note", {}, what), h("span.pick", { "aria-hidden": "true" }, "Choose a file, or drop it here"));
+  const now = h("span.now");
+  const zone = h("label.drop", { "data-drop": kind }, input, h("b", {}, title), h("span.note", {}, what), now, h("span.pick", { "aria-hidden": "true" }, "Choose a file, or drop it here"));
+  const have = (text) => {
+    now.textContent = text;
+  };
   const over = (is) => (event) => {
     event.preventDefault();
     event.stopPropagation();
@@ -56,7 +63,7 @@ function dropZone([kind, title, what, accept], take) {
     over(false)(event);
     take(kind, [...event.dataTransfer.files]);
   });
-  return zone;
+  return { element: zone, have };
 }
 
 /** Whatever is dropped elsewhere on the page is told by its name. */

@@ -15,6 +15,7 @@ pub(super) const FILES: &[(&str, &str, &str)] = &[
     ("job.js", "text/javascript; charset=utf-8", include_str!("job.js")),
     ("joints.js", "text/javascript; charset=utf-8", include_str!("joints.js")),
     ("ladder.js", "text/javascript; charset=utf-8", include_str!("ladder.js")),
+    ("mapping.js", "text/javascript; charset=utf-8", include_str!("mapping.js")),
     ("model.js", "text/javascript; charset=utf-8", include_str!("model.js")),
     ("parameters.js", "text/javascript; charset=utf-8", include_str!("parameters.js")),
     ("parts.js", "text/javascript; charset=utf-8", include_str!("parts.js")),

@@ -3,7 +3,7 @@ import { get, post } from "/bench/api.js";
 import { candidatesCard } from "/bench/candidates.js";
 import { jointsCard } from "/bench/joints.js";
 import { ladderCard } from "/bench/ladder.js";
-import { attempt, renew, whenChanged } from "/bench/parts.js";
+import { attempt, button, renew, whenChanged } from "/bench/parts.js";
 import { cellReadout, spanReadout } from "/bench/span.js";
 import { maps, partials, torque } from "/page/curves.js";
 import { h, term } from "/page/dom.js";
@@ -50,7 +50,7 @@ export function modelView(study) {
     drawing.querySelector("#where .scale").after(cells.element);
     return span.again();
   };
-  const opening = whenChanged((parts) => renew(head, heading(parts)));
+  const opening = whenChanged((parts) => renew(head, heading(parts), !parts.held && !parts.busy && button("Give it one", () => study.go("data"), { kind: "main" })));
   return {
     element,
     draw: (state) => {
@@ -73,16 +73,16 @@ function headingOf(state) {
     lines: state.verdict.length ? state.verdict : [waiting(state, shown)],
     undecided: state.diagnosis?.undecided ?? [],
     robot: state.robot?.name, logs: state.logs.filter((l) => l.role === "fit").map((l) => l.name), folds: state.folds,
-    band: state.signals?.band_hz ?? null, compared,
+    band: state.signals?.band_hz ?? null, compared, busy: state.job !== null,
     held: from && [from.held_out_percent, shown.held_out_percent],
     validated: from && shown.validation_percent !== null ? [from.validation_percent, shown.validation_percent] : null,
   };
 }
 
 function waiting(state, shown) {
-  if (!state.robot) return "which robot is it";
-  if (!state.logs.length) return "what did the robot do";
-  if (!shown) return state.job ? "reading the log and fitting the first model" : "no model could be fitted: see Data";
+  if (!state.robot) return "there is no robot yet";
+  if (!state.logs.length) return "there is no log yet";
+  if (!shown) return state.job ? "reading the log and fitting the first model" : "no model could be fitted yet: the reason stands under Data";
   return `the model leaves ${percent(shown.held_out_percent)} of the torque unexplained${state.job?.kind === "scan" ? "; looking for what it is missing" : ""}`;
 }
 
