@@ -24,6 +24,7 @@ test("wide, dark and narrow: no error, no serious finding, nothing scrolls sidew
   for (const [scheme, width] of [["light", 1440], ["dark", 1440], ["light", 390]]) {
     await page.emulateMedia({ colorScheme: scheme });
     await page.setViewportSize({ width, height: 900 });
+    await page.locator(`html[data-scheme='${scheme}']`).waitFor();
     for (const place of PLACES) {
       await page.getByRole("link", { name: place, exact: true }).click();
       await page.evaluate(() => document.querySelectorAll("main details").forEach((d) => { d.open = true; }));
@@ -34,6 +35,7 @@ test("wide, dark and narrow: no error, no serious finding, nothing scrolls sidew
   }
   const light = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor.match(/\d+/g).map(Number).reduce((a, b) => a + b) / 3);
   await page.emulateMedia({ colorScheme: "dark" });
+  await page.locator("html[data-scheme='dark']").waitFor();
   assert.ok((await light()) < 60);
   assert.deepEqual(seen.troubles, []);
   assert.ok(seen.requests.every((address) => address.startsWith(bench.origin)), "it asked somebody else");

@@ -119,7 +119,7 @@ function alarm(error) {
   if (error === null) return holder.replaceChildren();
   if (!(error instanceof Refused)) throw error;
   const help = error.status === 403 ? "open the address that the program prints when it starts"
-    : "nothing that was finished is lost: start it again with `lacuna workbench --resume FOLDER` and open the address it prints";
+    : `nothing that was finished is lost: start it again with lacuna workbench --resume ${study.state?.folder ?? "FOLDER"} and open the address it prints`;
   return renew(holder, h("p", {}, h("b", {}, error.text), " – ", error.help ?? help, " ", button("try again", refresh)));
 }
 

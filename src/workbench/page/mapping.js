@@ -4,6 +4,7 @@ import { choice, h } from "/page/dom.js";
 const UNITS = {
   time: [["Seconds", "s"], ["Milliseconds", "ms"], ["Microseconds", "µs"], ["Nanoseconds", "ns"]],
   angle: [["Radians", "rad"], ["Degrees", "degrees"], ["Revolutions", "turns"]],
+  rate: [["Radians", "rad/s"], ["Degrees", "degrees/s"], ["Revolutions", "turns/s"]],
   torque: [["NewtonMeters", "N m"], ["MillinewtonMeters", "mN m"], ["current", "A, times gains"]],
 };
 const GUESS = {
@@ -58,8 +59,8 @@ export function mapping(headers, names, write, guessed = false) {
   if (guessed) write(mapText(chosen));
   const pick = (kind, options, units) => h("div.tools", {},
     choice(kind, [["", "not there"], ...options.map((o) => [o, o])], chosen[kind], set(kind)),
-    choice("in", units, chosen[`${kind}Unit`], set(`${kind}Unit`)));
-  return h("div.mapping", {}, pick("time", headers, UNITS.time), pick("position", patterns, UNITS.angle), pick("velocity", patterns, UNITS.angle),
+    choice(h("span", {}, "in", h("span.hidden", {}, ` the unit, ${kind}`)), units, chosen[`${kind}Unit`], set(`${kind}Unit`)));
+  return h("div.mapping", {}, pick("time", headers, UNITS.time), pick("position", patterns, UNITS.angle), pick("velocity", patterns, UNITS.rate),
     pick("torque", patterns, UNITS.torque), gains,
     h("p.note", {}, patterns.length ? "{1} stands for the joint's number from 1, {0} from 0, {name} for its name." : "No header stands there once for each joint: name the columns one by one in the text."));
 }
