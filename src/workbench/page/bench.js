@@ -82,7 +82,7 @@ function draw() {
 
 /** Whether there is something to look at. */
 function ready(state) {
-  return state.robot !== null && state.logs.length > 0;
+  return Boolean(state.robot?.joints.length) && state.logs.length > 0;
 }
 
 let drawn = null;
@@ -90,12 +90,14 @@ let drawn = null;
 /** The series of the model on show, fetched when it or what is known of it has changed. */
 async function pictures() {
   const s = study.state;
-  if (s.shown === null) {
+  const step = s.steps.find((one) => one.id === s.shown);
+  if (!step) {
     [drawn, study.page] = [null, null];
     return views.model.drawPictures(null);
   }
   const results = s.retrieval?.running ? 0 : s.retrieval?.results.length ?? 0;
-  const step = s.steps.find((one) => one.id === s.shown);
+  // A study that was taken up again is fitted again first.
+  if ([s.shown, s.against].some((id) => s.steps.find((one) => one.id === id)?.fitted === false)) return undefined;
   const key = JSON.stringify([s.shown, s.against, step.scanned, step.held_out_percent, s.diagnosis !== null, s.logs.map((l) => [l.id, l.role]), results]);
   if (key === drawn) return undefined;
   const query = new URLSearchParams({ step: s.shown });

@@ -16,8 +16,8 @@ export function candidatesCard(act, study) {
 }
 
 function factsOf(state) {
-  if (state.shown === null) return null;
   const step = state.steps.find((s) => s.id === state.shown);
+  if (!step) return null;
   return {
     step: state.shown, scanned: step.scanned, scanning: state.job?.kind === "scan", all: state.candidates,
     joints: state.robot.joints.map((j) => j.name), units: state.robot.joints.map((j) => j.torque), gate: state.diagnosis?.gate ?? null,
@@ -50,6 +50,7 @@ function noteOf(facts, missing) {
 function entry(c, facts, act, most) {
   const where = c.joints.length ? c.joints.join(", ") : "the whole robot";
   const name = c.effect.replaceAll("_", " ");
+  const also = [c.also_possible ?? []].flat();
   const unit = facts.units[facts.joints.indexOf(c.rms_joint)] ?? "";
   const add = button("Add", async (event) => {
     const pressed = event.currentTarget;
@@ -60,7 +61,7 @@ function entry(c, facts, act, most) {
     h("div.head", {}, h("h3", {}, facts.effects.includes(c.effect) ? effectName(c.effect) : c.title, h("span.where", {}, ` on ${where}`)), add),
     h("p", {}, bar(c.gain_percent / most, percent(c.gain_percent)), h("span.where", {}, "  ", term("z"), ` ${num(c.z)}`)),
     c.rms && h("p.where", {}, `${c.rms_joint} ${num(c.rms[0])} → ${num(c.rms[1])} ${unit} rms`),
-    c.also_possible.length > 0 && h("p.caution", {}, term("also possible"), `: ${c.also_possible.map((e) => e.replaceAll("_", " ")).join(", ")}`),
+    also.length > 0 && h("p.caution", {}, term("also possible"), `: ${also.map((e) => e.replaceAll("_", " ")).join(", ")}`),
     !facts.effects.includes(c.effect) && c.equation && h("p.equation", {}, c.equation),
     h("details", {}, h("summary", {}, "what it is"), h("p.equation", {}, c.equation), c.about && h("p.note", {}, c.about), parameters(c, name)));
 }

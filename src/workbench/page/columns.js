@@ -40,8 +40,8 @@ export function columnsCard() {
   });
   return { element: details, draw: (state) => {
     details.hidden = !state.logs.length && state.columns.text === null;
-    const needed = state.columns.problems.length > 0 || state.logs.some((l) => !l.usable);
-    const log = state.logs.find((l) => !l.usable) ?? state.logs[0];
+    const needed = state.columns.problems.length > 0 || state.logs.some((l) => !l.usable && l.read !== false);
+    const log = state.logs.find((l) => !l.usable && l.read !== false) ?? state.logs[0];
     drawText(state.columns.text, state.columns.problems);
     drawChooser(log?.columns.map((c) => c.header).filter(Boolean) ?? null, state.robot?.joints.map((j) => j.name) ?? null, needed);
     drawShipped(state.columns.shipped);

@@ -32,8 +32,8 @@ export function dataView() {
   return {
     element,
     draw: (state) => {
-      const named = (role) => state.logs.filter((l) => l.role === role).map((l) => `${l.usable ? "✓" : "!"} ${l.name}`).join("  ");
-      [state.robot ? `✓ ${state.robot.name}` : "", named("fit"), named("validate")].forEach((text, k) => zones[k].have(text));
+      const named = (role) => state.logs.filter((l) => l.role === role).map((l) => `${l.usable ? "✓" : l.read === false ? "…" : "!"} ${l.name}`).join("  ");
+      [state.robot?.joints.length ? `✓ ${state.robot.name}` : "", named("fit"), named("validate")].forEach((text, k) => zones[k].have(text));
       drawRobot(state.robot);
       columns.draw(state);
       drawLogs(state.logs);
@@ -77,9 +77,9 @@ function anywhere(element, take) {
 
 function robotCard(robot) {
   const kind = (j) => (j.position === "m" ? "slides" : "turns");
-  return card(`Robot: ${robot.name}`, { id: "robot", note: `${robot.file}, ${robot.joints.length} joints` },
+  return card(robot.joints.length ? `Robot: ${robot.name}` : "Robot: it cannot be used yet", { id: "robot", note: `${robot.file}, ${robot.joints.length} joints` },
     problemList(robot.problems), remarks(robot.remarks),
-    h("details", {}, h("summary", {}, "joints"), table("Joints in the order of the columns", ["joint", "kind", "position in", "torque in"],
+    robot.joints.length > 0 && h("details", {}, h("summary", {}, "joints"), table("Joints in the order of the columns", ["joint", "kind", "position in", "torque in"],
       robot.joints.map((j) => [j.name, kind(j), j.position, j.torque]))));
 }
 
@@ -94,7 +94,7 @@ function logCard(log, act) {
     choice("used", [["fit", "to fit"], ["validate", "only to check"]], log.role, (role) => act("/api/role", { log: log.id, role })),
     button("Take out", () => act("/api/remove", { log: log.id }), { key: `remove${log.id}`, "aria-label": `Take ${log.name} out` }));
   return card(log.name, { id: `log${log.id}`, note: facts, tools },
-    !log.usable && h("p.caution", {}, "It cannot be used yet."),
+    !log.usable && h("p.caution", {}, log.read === false ? "It is being read .." : "It cannot be used yet."),
     problemList(log.problems), findings(log.findings), remarks(log.remarks),
     log.suggested_map && button("Use the suggested column map", () => act("/api/columns", { text: log.suggested_map }), { kind: "main", key: `suggest${log.id}` }),
     columnTable(log));
@@ -115,5 +115,5 @@ function columnTable(log) {
     c.meaning === "not read" ? h("span.where", {}, "not read") : `${c.meaning}${c.joint ? ` of ${c.joint}` : ""}`, c.unit || "–",
     ...log.sample.map((row) => h("td.number", {}, row[k] ?? ""))]);
   const heads = ["column", "read as", "unit", ...log.sample.map((_, k) => `row ${k + 1}`)];
-  return h("details", { open: !log.usable || log.problems.length > 0 }, h("summary", {}, `${log.columns.length} columns`), table(`Columns of ${log.name}`, heads, rows));
+  return h("details", { open: (!log.usable && log.read !== false) || log.problems.length > 0 }, h("summary", {}, `${log.columns.length} columns`), table(`Columns of ${log.name}`, heads, rows));
 }

@@ -10,6 +10,10 @@ const WHAT = {
   "report.html": "everything on one page that fetches nothing",
   "diagnosis.json": "the answer to what is missing, as data",
   "report.json": "results of the search for link parameters, as data",
+  "retrieved.ron": "the model with link parameters that a body can have, for lacuna export and dynamics",
+  "identified.ron": "the identified coefficients behind them",
+  "constraints.ron": "the rules on link parameters",
+  "columns.ron": "the column map",
   "steps.json": "every step that was taken here",
 };
 

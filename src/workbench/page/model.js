@@ -80,7 +80,7 @@ function headingOf(state) {
 }
 
 function waiting(state, shown) {
-  if (!state.robot) return "there is no robot yet";
+  if (!state.robot?.joints.length) return "there is no robot yet";
   if (!state.logs.length) return "there is no log yet";
   if (!shown) return state.job ? "reading the log and fitting the first model" : "no model could be fitted yet: the reason stands under Data";
   return `the model leaves ${percent(shown.held_out_percent)} of the torque unexplained${state.job?.kind === "scan" ? "; looking for what it is missing" : ""}`;

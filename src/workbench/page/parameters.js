@@ -100,7 +100,7 @@ function runCard() {
       const r = state.retrieval;
       const step = r && state.steps.find((s) => s.id === r.step);
       frame(r && { running: r.running, stopped: r.stopped, engines: r.engines, name: step ? stepName(step) : "", conflict: r.conflict ?? null });
-      if (r?.running) progress(r);
+      if (r?.running) progress({ ...r, fraction: state.job?.fraction, seconds_left: state.job?.seconds_left });
       else if (r) renew(figures, outcome(r));
       history(r?.history ?? []);
     },
