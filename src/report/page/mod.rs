@@ -19,7 +19,7 @@ const GLOSSARY: &str = include_str!("glossary.json");
 /// Effects that the first sentence names at most.
 const MOST_NAMED: usize = 3;
 /// Its script, in the order of use.
-const SCRIPTS: [(&str, &str); 13] = [
+const SCRIPTS: [(&str, &str); 14] = [
     ("dom.js", include_str!("dom.js")),
     ("numbers.js", include_str!("numbers.js")),
     ("pyramid.js", include_str!("pyramid.js")),
@@ -32,6 +32,7 @@ const SCRIPTS: [(&str, &str); 13] = [
     ("answer.js", include_str!("answer.js")),
     ("curves.js", include_str!("curves.js")),
     ("study.js", include_str!("study.js")),
+    ("explain.js", include_str!("explain.js")),
     ("page.js", include_str!("page.js")),
 ];
 
