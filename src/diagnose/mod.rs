@@ -25,6 +25,7 @@ mod data;
 mod doubts;
 mod entry;
 mod events;
+mod fitting;
 mod floor;
 mod gates;
 mod ladder;
@@ -49,6 +50,7 @@ pub use answer::{
 };
 pub use closing::Proposed;
 pub use entry::{Outcome, Request, Start, diagnose};
+pub use fitting::{Fitted, Fitting, JointFit};
 pub use unseen::unseen_error;
 
 /// When something is believed.

@@ -77,14 +77,27 @@ impl Page<'_> {
         Ok(html + rest)
     }
 
+    /// What the page's script reads, for a program that serves the scripts as they are ([`modules`]).
+    ///
+    /// # Errors
+    /// When a number cannot be written as JSON.
+    pub fn data(&self) -> Result<serde_json::Value> {
+        data::Data::of(self)?.value()
+    }
+
     /// The answer: one sentence, then what supports it.
-    fn verdict(&self) -> Vec<String> {
+    pub fn verdict(&self) -> Vec<String> {
         match (self.diagnosis, self.report) {
             (Some(diagnosis), _) => answer(diagnosis),
             (None, Some(report)) => vec![study_verdict(report)],
             (None, None) => vec![self.title.to_string()],
         }
     }
+}
+
+/// The page's modules and its style sheet, by file name.
+pub fn modules() -> impl Iterator<Item = (&'static str, &'static str)> {
+    SCRIPTS.into_iter().chain([("page.css", STYLE)])
 }
 
 /// What is missing, in one sentence; where, and why the search ended.
