@@ -68,7 +68,7 @@ test("a rule that is a script joins the rules, one that is broken is refused whe
   const good = await field.inputValue();
   await field.fill(good.replace("[", "[\n    {\"total_mas\": ()},"));
   await page.getByRole("button", { name: "Use these rules" }).click();
-  await page.locator("#rules .problems", { hasText: "line 2" }).waitFor();
+  await page.locator("#rules .problems", { hasText: /line 3, column \d+/ }).waitFor();
   await field.fill(good);
   await page.getByRole("button", { name: "Use these rules" }).click();
   await page.getByText("these rules are in use").waitFor();
@@ -80,7 +80,6 @@ test("a search shows how far it is, and stopped it keeps its best", async () => 
   await page.getByRole("button", { name: "Look for link parameters" }).click();
   const search = page.locator("#search");
   await page.waitForFunction(() => /objective[\s\S]*\d/.test(document.querySelector("#search .figures")?.innerText ?? ""), null, { timeout: SEARCH });
-  await page.locator("#search canvas").waitFor({ timeout: SEARCH });
   await search.getByRole("button", { name: "Stop" }).click();
   await page.getByRole("heading", { name: /^Stopped/ }).waitFor();
   const s = await state();

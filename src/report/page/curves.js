@@ -44,11 +44,11 @@ function firstLog(p) {
 
 /**
  * Torque of every joint over time, and what is left of it. What the reader has chosen is kept in `state`, so that
- * other data may be drawn with the same; `state.brush` says that dragging marks a span of `state.axis`.
+ * other data may be drawn with the same; `state.order` is that of the joints, `state.brush` says that dragging marks a span of `state.axis`.
  */
 export function torque(data, state = {}) {
   const p = data.pictures;
-  const order = worstFirst(data);
+  const order = state.order ?? worstFirst(data);
   state.axis ??= new TimeAxis(0, 1);
   state.shown ??= new Set(order.slice(0, 2));
   state.plots?.forEach((plot) => plot.remove());
@@ -229,7 +229,7 @@ function valuesOf(t, key) {
 /** Where the models fail: the residual over any two variables. `kept` holds what the reader has chosen. */
 export function maps(data, kept = {}) {
   const p = data.pictures;
-  const first = worstFirst(data)[0];
+  const first = (kept.order ?? worstFirst(data))[0];
   const region = data.diagnosis?.regions.find((r) => r.joint === p.joints[first][0]);
   const named = (name, otherwise) => variables(p, first).find((v) => v[2] === name)?.[0] ?? otherwise;
   const depends = data.diagnosis?.unexplained.find((u) => u.joint === p.joints[first][0])?.depends_on[0];

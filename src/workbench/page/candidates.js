@@ -50,6 +50,7 @@ function noteOf(facts, missing) {
 function entry(c, facts, act, most) {
   const where = c.joints.length ? c.joints.join(", ") : "the whole robot";
   const name = c.effect.replaceAll("_", " ");
+  const listed = facts.effects.includes(c.effect) && !c.effect.endsWith(".rhai");
   const also = [c.also_possible ?? []].flat();
   const unit = facts.units[facts.joints.indexOf(c.rms_joint)] ?? "";
   const add = button("Add", async (event) => {
@@ -58,11 +59,11 @@ function entry(c, facts, act, most) {
     if ((await act("/api/add", c.add)) === null) pressed.removeAttribute("aria-disabled");
   }, { kind: c.rank === "missing" ? "main" : "", key: `add ${c.effect} ${where}`, "aria-label": `Add ${name} on ${where}`, disabled: facts.busy });
   return h(`article.candidate.${c.rank}`, {},
-    h("div.head", {}, h("h3", {}, facts.effects.includes(c.effect) ? effectName(c.effect) : c.title, h("span.where", {}, ` on ${where}`)), add),
+    h("div.head", {}, h("h3", {}, listed ? effectName(c.effect) : c.title, h("span.where", {}, ` on ${where}`)), add),
     h("p", {}, bar(c.gain_percent / most, percent(c.gain_percent)), h("span.where", {}, "  ", term("z"), ` ${num(c.z)}`)),
     c.rms && h("p.where", {}, `${c.rms_joint} ${num(c.rms[0])} → ${num(c.rms[1])} ${unit} rms`),
     also.length > 0 && h("p.caution", {}, term("also possible"), `: ${also.map((e) => e.replaceAll("_", " ")).join(", ")}`),
-    !facts.effects.includes(c.effect) && c.equation && h("p.equation", {}, c.equation),
+    !listed && c.equation && h("p.equation", {}, c.equation),
     h("details", {}, h("summary", {}, "what it is"), h("p.equation", {}, c.equation), c.about && h("p.note", {}, c.about), parameters(c, name)));
 }
 

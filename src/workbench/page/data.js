@@ -96,6 +96,7 @@ function logCard(log, act) {
   return card(log.name, { id: `log${log.id}`, note: facts, tools },
     !log.usable && h("p.caution", {}, log.read === false ? "It is being read .." : "It cannot be used yet."),
     problemList(log.problems), findings(log.findings), remarks(log.remarks),
+    log.sound && !log.findings.length && h("p.fine", {}, "✓ It belongs to this robot: units, signs, order and mounting agree."),
     log.suggested_map && button("Use the suggested column map", () => act("/api/columns", { text: log.suggested_map }), { kind: "main", key: `suggest${log.id}` }),
     columnTable(log));
 }

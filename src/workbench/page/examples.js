@@ -5,6 +5,7 @@ export const EXAMPLES = {
 fn about() {
     #{
         title: "friction that grows with the square of the speed",
+        text: "Air and grease that are pushed around resist with the square of the speed.",
         equation: "tau_j = fq_j dq_j |dq_j|",
         // One symbol per fitted number; \`min\` and \`max\` say what can be physics.
         parameters: [#{ symbol: "fq", unit: "N m s^2/rad^2", meaning: "torque at 1 rad/s", min: 0.0 }],
@@ -22,9 +23,9 @@ fn settings() {
     #{ min: 10.0, max: 25.0 }    // kg
 }
 
-// \`robot.links\` have name, mass [kg], com [m], inertia [kg m^2]. Answer with what must hold.
-fn constrain(robot, with) {
-    let mass = total_mass(robot.links);
+// A link has name, mass [kg], com [m], inertia [kg m^2]. The last line says what must hold.
+fn constrain(robot, links, with) {
+    let mass = total_mass(links);
     [ mass >= with.min, mass <= with.max ]
 }
 `,

@@ -42,8 +42,18 @@ export function modelView(study) {
   const cells = cellReadout((query) => region(where.chosen?.trace ?? 0, query));
   where.brush = cells.read;
   const region = (log, query) => get(`/api/region?${new URLSearchParams({ log, ...query })}`);
+  // Nothing is drawn anew under a pointer that is marking something.
+  let [pressed, waiting] = [false, null];
+  drawing.addEventListener("pointerdown", () => { pressed = true; });
+  for (const end of ["pointerup", "pointercancel"]) window.addEventListener(end, () => {
+    pressed = false;
+    if (waiting) setTimeout(() => waiting && draw(waiting));
+  });
   const draw = (page) => {
+    waiting = pressed ? page : null;
+    if (pressed) return undefined;
     if (!page?.pictures?.traces.length) return renew(drawing);
+    live.order = where.order = worstFirst(pair(study.state).root);
     renew(drawing, torque(page, live), maps(page, where), partials(page));
     drawing.querySelector("#torque .tools").after(span.fields);
     drawing.querySelector("#torque").append(span.element);
@@ -62,6 +72,12 @@ export function modelView(study) {
     },
     drawPictures: draw,
   };
+}
+
+/** Joints by their error beside what repetitions leave, or beside their torque: as the first model has it, so that the order stays. */
+function worstFirst(root) {
+  const size = (j) => j.held_out_rms / Math.max(j.repeat_floor_rms ?? 0.01 * j.torque_rms, 1e-12);
+  return root.joints.map((_, k) => k).sort((a, b) => size(root.joints[b]) - size(root.joints[a]));
 }
 
 /** What the heading says, as data. */

@@ -63,7 +63,12 @@ function controls(facts, wanted, editor, { keep, begin }) {
   const box = h("input", { type: "checkbox", checked: wanted.intervals, onchange: () => { wanted.intervals = box.checked; } });
   const insert = (name) => {
     const kind = facts.kinds.find((k) => k.name === name);
-    if (kind) editor.insert(`    ${kind.template ?? `{"${kind.name}": ()}`},\n`);
+    if (!kind) return;
+    const end = editor.text.lastIndexOf("]");
+    const before = editor.text.slice(0, end).trimEnd();
+    const comma = /[[,]$/.test(before) ? "" : ",";
+    editor.text = `${before}${comma}\n    ${kind.template},\n${editor.text.slice(end)}`;
+    editor.show([], "not in use yet");
   };
   return [
     h("div.tools", {},
@@ -122,7 +127,7 @@ function drawHistory(plot, holder, points) {
   plot.line = null;
   holder.replaceChildren();
   const good = points.filter((p) => p[1] > 0);
-  if (good.length < 2) return;
+  if (good.length < 2 || !(good[0][1] > 1.001 * good.at(-1)[1])) return;
   const [first, last] = [good[0][0], good.at(-1)[0]];
   const dt = Math.max((last - first) / 400, 1e-3);
   let k = 0;

@@ -70,9 +70,8 @@ function found(answer, where, tools) {
   const head = ["joint", "torque rms", "residual rms here", "elsewhere", "largest", "at [s]"];
   const all = (joints) => table(`Residual in ${where}${pairs ? ", compared model → shown model" : ""}`, head, joints.map(row));
   return h("div.card.inside", { "data-found": where }, h("span.buttons", {}, tools),
-    h("h3", {}, where, h("span.where", {}, ` · ${answer.rows} rows${answer.seconds ? `, ${num(answer.seconds)} s` : ""}`)),
-    answer.text && h("p", {}, answer.text),
-    all(order.slice(0, FIRST)),
+    h("h3", {}, where), h("p", {}, answer.text),
+    order.length > 0 && all(order.slice(0, FIRST)),
     answer.depends.length > 0 && h("p.note", {}, "Here the residual follows: ", answer.depends.map((d) => `${d.joint} ${d.variable} (r ${num(d.r, 2)})`).join(", "), "."),
     order.length > FIRST && h("details", {}, h("summary", {}, `${order.length - FIRST} more joints`), all(order.slice(FIRST))),
     answer.motion.length > 0 && h("details", {}, h("summary", {}, "how the robot moves here"),
