@@ -167,7 +167,9 @@ fn of_scenario(study: &mut Study, file: &Path) -> Result<()> {
     let engines = scenario.engines.iter().map(|e| Ok(text::to_ron(e)?.trim_end().to_string()));
     study.engines = engines.collect::<Result<_>>()?;
     study.intervals = scenario.intervals.is_some();
-    study.steps = vec![first(Root::Effects(scenario.effects))];
+    // Where the scenario leaves the usual model as it is, its signs get the widths that suit the data.
+    let usual = text::to_ron(&scenario.effects)? == text::to_ron(&classic())?;
+    study.steps = vec![first(if usual { Root::Classic } else { Root::Effects(scenario.effects) })];
     Ok(())
 }
 

@@ -7,6 +7,7 @@ use std::path::Path;
 use flate2::read::MultiGzDecoder;
 
 use super::study::{Column, Seen};
+use crate::check;
 use crate::error::{Error, Result};
 use crate::log::{
     AngleUnit, ColumnId, ColumnMap, Columns, LengthUnit, Log, Motion, Time, TimeUnit, Torque, TorqueUnit,
@@ -57,10 +58,22 @@ pub(super) fn look(
         }
     };
     seen.columns = columns(&header, robot, map, log.as_ref());
+    if robot.is_none() && map.is_none() {
+        without_robot(path, &mut seen);
+    }
     if let Some(log) = &log {
         describe(log, &mut seen);
     }
     (seen, log)
+}
+
+/// What a log says by itself.
+fn without_robot(path: &Path, seen: &mut Seen) {
+    let report = check::file(path, &check::Options::default());
+    seen.problem = report.unusable().cloned();
+    let Some(facts) = report.logs.first() else { return };
+    (seen.rows, seen.seconds, seen.rate_hz) = (facts.rows, facts.duration_s, facts.rate_hz);
+    seen.dropped.clone_from(&facts.left_out);
 }
 
 fn describe(log: &Log, seen: &mut Seen) {

@@ -143,6 +143,7 @@ impl Root {
 
 /// An effect that a step adds to its parent's model.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct Addition {
     pub effect: String,
     /// Joints; wherever it fits when none is named.
