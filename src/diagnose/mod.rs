@@ -39,6 +39,7 @@ mod refine;
 mod regions;
 mod score;
 mod signals;
+mod stop;
 mod telling;
 mod unknown;
 mod unseen;
@@ -49,6 +50,7 @@ pub use answer::{
 };
 pub use closing::Proposed;
 pub use entry::{Outcome, Request, Start, diagnose};
+pub use stop::Stop;
 pub use unseen::unseen_error;
 
 /// When something is believed.
@@ -79,6 +81,8 @@ pub struct Limits {
     pub formula: (f64, f64),
     /// A variable without a formula needs this z and this part of its joint's held-out squared error.
     pub variable: (f64, f64),
+    /// When the search ends whatever is left.
+    pub stop: Stop,
 }
 
 impl Default for Limits {
@@ -96,6 +100,7 @@ impl Default for Limits {
             steps: 40,
             formula: (6.0, 0.20),
             variable: (7.5, 0.25),
+            stop: Stop::default(),
         }
     }
 }
