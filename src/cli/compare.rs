@@ -107,7 +107,13 @@ fn number(model: usize) -> String {
 
 fn shown(comparison: &Comparison, names: &[String]) -> String {
     let mut text = hanging("", &format!("torque error on {}, nothing fitted", comparison.data), 4);
-    comparison.signals.iter().for_each(|line| text += &hanging("  ", line, 4));
+    if comparison.models.len() > 1 {
+        text += "signal step of model 1 for all:\n";
+    }
+    for line in &comparison.signals {
+        let indent = 2 + line.chars().take_while(|c| *c == ' ').count();
+        text += &hanging(&" ".repeat(indent), line, indent + 2);
+    }
     for (k, (label, model)) in comparison.models.iter().enumerate() {
         text += &format!("\n{}  {label}\n", number(k));
         text += &hanging("         ", &model.effects.join(" + "), 9);

@@ -38,7 +38,7 @@ fn unknown<'a>(kind: &str, name: &str, known: impl Iterator<Item = &'a str>) -> 
 fn parameters(of: &[(&str, &str, &str)]) -> String {
     let width = |length: fn(&(&str, &str, &str)) -> usize| of.iter().map(length).max().unwrap_or(0);
     let symbol = width(|(symbol, ..)| symbol.chars().count());
-    let unit = width(|(_, unit, _)| unit.chars().count()).min(18);
+    let unit = width(|(_, unit, _)| unit.chars().count()).min(22);
     let line = |(s, u, meaning): &(&str, &str, &str)| {
         hanging(&format!("  {s:symbol$}  {u:unit$}  "), meaning, symbol + unit + 6)
     };

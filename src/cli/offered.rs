@@ -8,7 +8,7 @@ use clap::{Arg, ArgAction, Command, value_parser};
 use super::Global;
 
 /// Heading of these flags in help texts.
-pub(super) const HEADING: &str = "Options of every command";
+pub(super) const HEADING: &str = "Common options";
 
 /// Flags that do nothing, command by command.
 const IDLE: [(&str, &[&str]); 9] = [
