@@ -43,7 +43,7 @@ impl Check {
     }
 }
 
-fn gravity(text: &str) -> Result<[f64; 3]> {
+pub(super) fn gravity(text: &str) -> Result<[f64; 3]> {
     let parts: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
     <[f64; 3]>::try_from(parts).ok().filter(|g| g.iter().all(|x| x.is_finite())).ok_or_else(|| {
         Error::new(format!("--gravity {text}: not three numbers"))

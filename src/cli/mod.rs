@@ -12,6 +12,7 @@ mod list;
 mod offered;
 mod scenario;
 mod simulate;
+mod workbench;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -104,6 +105,8 @@ enum Command {
     Export(export::Export),
     /// Inverse dynamics with the inertias of the robot file or of a model, as CSV on stdout.
     Dynamics(dynamics::Dynamics),
+    /// Open a local page to work on a study: see, add, undo, compare, retrieve.
+    Workbench(workbench::Workbench),
     /// Make measurements of a described plant: hidden effects, controller, sensors, noise.
     Simulate {
         /// Description of plant and logs (RON).
@@ -130,6 +133,7 @@ pub(crate) fn run() -> ExitCode {
         Command::List { what, name } => list::run(&what, name.as_deref(), &arguments.global),
         Command::Export(export) => export.run(&arguments.global),
         Command::Dynamics(dynamics) => dynamics.run(&arguments.global),
+        Command::Workbench(workbench) => workbench.run(&arguments.global),
         Command::Simulate { file } => simulate::run(&file, &arguments.global, &console),
     });
     console.clear();
@@ -159,10 +163,11 @@ fn open_log(path: &Path, robot: &Robot, columns: Option<&ColumnMap>) -> Result<L
 }
 
 fn prepare(arguments: &Arguments) -> Result<()> {
-    let resumable = matches!(arguments.command, Command::Scenario { .. } | Command::Benchmark(_));
+    let resumable =
+        matches!(arguments.command, Command::Scenario { .. } | Command::Benchmark(_) | Command::Workbench(_));
     if arguments.global.resume.is_some() && !resumable {
-        return Err(Error::new("--resume: only `lacuna scenario` and `lacuna benchmark` can be resumed")
-            .help("leave --resume away"));
+        let which = "`lacuna scenario`, `lacuna benchmark` and `lacuna workbench`";
+        return Err(Error::new(format!("--resume: only {which} can be resumed")).help("leave --resume away"));
     }
     if let Some(jobs) = arguments.global.jobs {
         rayon::ThreadPoolBuilder::new().num_threads(usize::from(jobs)).build_global().map_err(|e| {

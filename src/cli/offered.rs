@@ -11,7 +11,7 @@ use super::Global;
 pub(super) const HEADING: &str = "Common options";
 
 /// Flags that do nothing, command by command.
-const IDLE: [(&str, &[&str]); 9] = [
+const IDLE: [(&str, &[&str]); 10] = [
     ("scenario", &[]),
     ("compare", &["seed", "out", "resume"]),
     ("benchmark", &[]),
@@ -20,16 +20,20 @@ const IDLE: [(&str, &[&str]); 9] = [
     ("list", &["seed", "jobs", "out", "resume"]),
     ("export", &["seed", "jobs", "resume"]),
     ("dynamics", &["json", "seed", "jobs", "out", "resume"]),
+    ("workbench", &[]),
     ("simulate", &["resume"]),
 ];
 
 /// What `--out` and `--seed` mean where they mean something else than usual.
-const OWN: [(&str, &str, &str); 6] = [
+const OWN: [(&str, &str, &str); 9] = [
     ("scenario", "out", "Folder for results [default: out/<name of the scenario>]"),
     ("diagnose", "out", "Folder for diagnosis.json, report.html and model.ron; none is written without it"),
     ("diagnose", "seed", "Seed of the sign flips that calibrate the threshold, instead of the scenario's"),
     ("benchmark", "out", "Folder for benchmark.json, written after every data set"),
     ("export", "out", "File to write, or a folder for a file named after the robot; stdout without it"),
+    ("workbench", "json", "Print the address and the study's folder as one JSON document"),
+    ("workbench", "out", "Folder of the study [default: out/workbench/<name of scenario or log>]"),
+    ("workbench", "resume", "Folder of an earlier study, to go on with it"),
     ("simulate", "out", "Folder for the logs; must be given"),
 ];
 

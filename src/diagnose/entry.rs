@@ -277,18 +277,32 @@ fn smoother(request: &Request<'_>, chosen: &Chosen, logs: &[Log]) -> Result<Data
 }
 
 pub(super) fn start(
-    mut data: Data,
+    data: Data,
     request: &Request<'_>,
     chosen: &Chosen,
     say: &mut dyn FnMut(&str),
 ) -> Result<Ladder> {
-    let effects = request.effects(chosen);
+    let mut ladder = bare(data, request.effects(chosen), chosen, &request.limits)?;
+    ladder.candidates = candidates::catalogue(&ladder.data, &chosen.widths, &request.extra)?;
+    say("computing the catalogue");
+    ladder.refresh_torque()?;
+    candidates::fill(&mut ladder.candidates, &ladder.data, false);
+    Ok(ladder)
+}
+
+/// The model to start from, fitted, without any candidate.
+pub(super) fn bare(
+    mut data: Data,
+    effects: Vec<Box<dyn Effect>>,
+    chosen: &Chosen,
+    limits: &Limits,
+) -> Result<Ladder> {
     if !effects.iter().any(|e| e.about().name == "rigid_body") {
         return Err(Error::new("the model to start from has no rigid_body effect")
             .help("add {\"rigid_body\": ()} to its effects"));
     }
     if effects.iter().any(|e| e.needs_torque()) {
-        let rigid = crate::model::Model::new(request.robot, vec![Box::new(RigidBody::default())])?;
+        let rigid = crate::model::Model::new(&data.robot, vec![Box::new(RigidBody::default())])?;
         let zero = vec![0.0; rigid.columns.len()];
         refresh_model_torque(&rigid, &zero, &mut data.runs)?;
     }
@@ -297,14 +311,14 @@ pub(super) fn start(
     let response = present.respond(&data, data.tau.clone());
     let in_sample = present.residual_of(&data.tau, &present.fit(&data.tau));
     let floor = Floor::new(&data, &in_sample, chosen.settings.band_hz);
-    let candidates = candidates::catalogue(&data, &chosen.widths, &request.extra)?;
+    let gates = super::gates::Gates::new(data.dof(), limits);
     let mut ladder = Ladder {
         data,
         parts,
-        limits: request.limits.clone(),
+        limits: limits.clone(),
         floor,
-        gates: super::gates::Gates::new(request.robot.dof(), &request.limits),
-        candidates,
+        gates,
+        candidates: Vec::new(),
         present,
         response,
         rungs: Vec::new(),
@@ -315,9 +329,6 @@ pub(super) fn start(
         ranking: Vec::new(),
     };
     ladder.refit()?;
-    say("computing the catalogue");
-    ladder.refresh_torque()?;
-    candidates::fill(&mut ladder.candidates, &ladder.data, false);
     Ok(ladder)
 }
 

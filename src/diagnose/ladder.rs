@@ -221,7 +221,7 @@ impl Ladder {
     }
 
     /// Scores everything that is not yet part of the model, best first.
-    fn scan(&self) -> Vec<Scored> {
+    pub(super) fn scan(&self) -> Vec<Scored> {
         let mut all: Vec<Scored> = self
             .projections()
             .par_iter()

@@ -25,6 +25,7 @@ mod data;
 mod doubts;
 mod entry;
 mod events;
+mod fitting;
 mod floor;
 mod gates;
 mod ladder;
@@ -50,6 +51,7 @@ pub use answer::{
 };
 pub use closing::Proposed;
 pub use entry::{Outcome, Request, Start, diagnose};
+pub use fitting::{Fitted, Fitting, JointFit};
 pub use stop::Stop;
 pub use unseen::unseen_error;
 
