@@ -134,7 +134,7 @@ pub fn diagnose(request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<Outco
     // A delay of the whole robot is mended before anything that it may have imitated is believed.
     let (mut late, mut unmended): (Option<Late>, Option<Look>) = (None, None);
     for _ in 0..MENDINGS {
-        if !Late::note(&mut late, &look.telling(&request, &look.base))? {
+        if request.limits.stop.asked() || !Late::note(&mut late, &look.telling(&request, &look.base))? {
             break;
         }
         let Some(late) = &late else { break };
@@ -153,7 +153,7 @@ pub fn diagnose(request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<Outco
         late.into_answer(&mut diagnosis, &telling, &look.base);
     }
     let model = model_file(first, &look, &request, delayed)?;
-    if let Some(until) = request.nested {
+    if let Some(until) = request.nested.filter(|_| !request.limits.stop.asked()) {
         diagnosis.nested = Some(nested::run(&request, &first.chosen, until, say)?);
     }
     // Who adds effects one by one sees what these do; otherwise what everything that was found would.
@@ -200,7 +200,9 @@ impl Look {
         let clock = Instant::now();
         if undecided.iter().all(|(_, blocks)| !blocks) {
             climb_honestly(request, &chosen, &mut ladder, logs, say)?;
-            if let Some(better) = signals::again(request, &chosen, &ladder, logs)? {
+            if !request.limits.stop.asked()
+                && let Some(better) = signals::again(request, &chosen, &ladder, logs)?
+            {
                 say(&format!("again with positions filtered at {} Hz", better.settings.position_cutoff_hz));
                 ladder.move_to(request.data(&better, better.runs.clone())?)?;
                 chosen = better;
@@ -253,6 +255,9 @@ pub(super) fn search(ladder: &mut Ladder, seed: u64, say: &mut dyn FnMut(&str)) 
         if !ladder.look_back(say)? {
             break;
         }
+    }
+    if ladder.limits.stop.asked() {
+        return Ok(());
     }
     ladder.calibrate(seed, say);
     if ladder.gates.range().1 > ladder.limits.least_z {

@@ -249,7 +249,7 @@ impl Ladder {
 
     /// Adds what explains most until nothing passes, or the limit of steps is reached.
     pub fn climb(&mut self, say: &mut dyn FnMut(&str)) -> Result<()> {
-        while self.rungs.len() < self.limits.steps {
+        while self.rungs.len() < self.limits.steps && !self.limits.stop.asked() {
             self.refresh_candidates()?;
             let scored = self.scan();
             self.note_ranking(&scored);
@@ -339,7 +339,7 @@ impl Ladder {
     /// Drops effects that have become needless since others came in; answers whether there were any.
     pub fn look_back(&mut self, say: &mut dyn FnMut(&str)) -> Result<bool> {
         let mut dropped = false;
-        loop {
+        while !self.limits.stop.asked() {
             let mut weakest: Option<(usize, f64)> = None;
             for rung in 0..self.rungs.len() {
                 let part = self.rungs[rung].part;
@@ -361,6 +361,7 @@ impl Ladder {
             self.refit()?;
             dropped = true;
         }
+        Ok(dropped)
     }
 
     /// Whether a part is plain friction that most joints have: then no joint has to need it.

@@ -40,6 +40,7 @@ mod refine;
 mod regions;
 mod score;
 mod signals;
+mod stop;
 mod telling;
 mod unknown;
 mod unseen;
@@ -51,6 +52,7 @@ pub use answer::{
 pub use closing::Proposed;
 pub use entry::{Outcome, Request, Start, diagnose};
 pub use fitting::{Fitted, Fitting, JointFit};
+pub use stop::Stop;
 pub use unseen::unseen_error;
 
 /// When something is believed.
@@ -81,6 +83,8 @@ pub struct Limits {
     pub formula: (f64, f64),
     /// A variable without a formula needs this z and this part of its joint's held-out squared error.
     pub variable: (f64, f64),
+    /// When the search ends whatever is left.
+    pub stop: Stop,
 }
 
 impl Default for Limits {
@@ -98,6 +102,7 @@ impl Default for Limits {
             steps: 40,
             formula: (6.0, 0.20),
             variable: (7.5, 0.25),
+            stop: Stop::default(),
         }
     }
 }

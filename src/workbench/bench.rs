@@ -28,6 +28,8 @@ pub(super) struct Bench {
     stop: AtomicBool,
     /// Number of the search in the background; older ones end when they see it.
     pub search: AtomicU64,
+    /// The search that is asked to end with what it has found.
+    pub ended: AtomicU64,
     /// One search at a time.
     pub turn: Mutex<()>,
 }
@@ -53,6 +55,7 @@ impl Bench {
             pending: AtomicU64::new(0),
             stop: AtomicBool::new(false),
             search: AtomicU64::new(0),
+            ended: AtomicU64::new(0),
             turn: Mutex::new(()),
         });
         let own = Arc::clone(&bench);
@@ -119,12 +122,12 @@ impl Bench {
         self.pending.load(Ordering::SeqCst) > 1
     }
 
-    /// Asks whatever runs to stop.
+    /// Asks whatever runs to stop and keep what it has found.
     pub fn stop(&self) {
         if self.pending.load(Ordering::SeqCst) > 0 {
             self.stop.store(true, Ordering::SeqCst);
         }
-        self.stop_search();
+        self.ended.store(self.search.load(Ordering::SeqCst), Ordering::SeqCst);
         self.progress(Place::Background, |p| {
             if let Some(p) = p {
                 p.say("stopping");
@@ -132,7 +135,7 @@ impl Bench {
         });
     }
 
-    /// Asks the search in the background to stop.
+    /// Lets go of the search in the background: nobody waits for it any more.
     pub fn stop_search(&self) {
         self.search.fetch_add(1, Ordering::SeqCst);
     }

@@ -8,12 +8,13 @@ use nalgebra::Vector3;
 
 use super::study::{LogFile, RobotFile, Role, Root, Signals, Step, Study};
 use super::{Options, constraints, folder, written};
+use crate::check::{Kind, misplaced};
 use crate::diagnose::{Limits, Request, Start};
 use crate::effects::{Effect, classic};
 use crate::error::{Error, Result};
 use crate::log::{ColumnMap, Log};
 use crate::robot::Robot;
-use crate::scenario::{HoldOut, Logs, Scenario};
+use crate::scenario::{HoldOut, Logs, Scenario, find_log};
 use crate::signals::{Mode, Run, Settings};
 use crate::text;
 
@@ -110,7 +111,7 @@ pub(super) fn first(root: Root) -> Step {
 
 fn of_files(study: &mut Study, options: &Options) -> Result<()> {
     if let Some(path) = &options.robot {
-        Robot::open(path)?;
+        Robot::open(path).map_err(|e| misplaced(e, path, &[Kind::Urdf, Kind::DenavitHartenberg]))?;
         study.robot = Some(RobotFile { path: path.clone(), robot: None, problem: None });
     }
     for (files, role) in [(&options.data, Role::Fit), (&options.validate, Role::Validate)] {
@@ -137,7 +138,7 @@ pub(super) fn add_log(study: &mut Study, path: PathBuf, name: Option<String>, ro
 }
 
 fn of_scenario(study: &mut Study, file: &Path) -> Result<()> {
-    let mut scenario = Scenario::open(file)?;
+    let mut scenario = Scenario::open(file).map_err(|e| misplaced(e, file, &[Kind::Scenario]))?;
     let folder = file.parent().unwrap_or(Path::new(".")).to_path_buf();
     for effect in scenario.effects.iter_mut().chain(&mut scenario.candidates) {
         effect.load(&folder).map_err(|e| text::placed(e, file))?;
@@ -153,7 +154,7 @@ fn of_scenario(study: &mut Study, file: &Path) -> Result<()> {
     study.gravity = scenario.gravity;
     for (files, role) in [(fit, Role::Fit), (validate, Role::Validate)] {
         for log in files {
-            add_log(study, found(&folder, log, missing.as_deref())?, None, role)?;
+            add_log(study, find_log(&folder, log, missing.as_deref())?, None, role)?;
         }
     }
     if let Some(map) = columns {
@@ -197,15 +198,6 @@ fn list(scenario: &Scenario, from: &Path, to: &Path) -> Result<String> {
 fn map_text(path: &Path) -> Result<String> {
     let map = ColumnMap::open(path)?;
     if path.is_file() { text::read(path) } else { text::to_ron(&map) }
-}
-
-/// A log that a scenario names: beside it, or in the folder that `LACUNA_DATA` names.
-fn found(folder: &Path, file: &Path, missing: Option<&str>) -> Result<PathBuf> {
-    let in_data = || std::env::var_os("LACUNA_DATA").map(|d| Path::new(&d).join(file));
-    [Some(folder.join(file)), in_data()].into_iter().flatten().find(|p| p.is_file()).ok_or_else(|| {
-        let help = missing.unwrap_or("put it beside the scenario, or into the folder that LACUNA_DATA names");
-        Error::new("the log is not there").in_file(file).help(help)
-    })
 }
 
 /// What a fit or a search is given, apart from its model.

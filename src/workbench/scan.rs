@@ -12,10 +12,13 @@ use super::progress::Progress;
 use super::study::{Addition, Root, Scan, ScriptFile, ScriptKind, Signals, Study};
 use super::work::{Job, broken};
 use crate::check;
-use crate::diagnose::{Outcome, Start, diagnose};
+use crate::diagnose::{Outcome, Start, Stop, diagnose};
 use crate::error::{Error, Result};
 use crate::report::page::Page;
 use crate::text::write_whole;
+
+/// Why a search ended that the user stopped.
+const ENDED: &str = "stopped before the search was done: more may be missing";
 
 /// Unwinds a search that nobody waits for any more.
 struct Stopped;
@@ -42,6 +45,11 @@ struct Search {
 impl Search {
     fn is_stale(&self) -> bool {
         self.bench.search.load(Ordering::SeqCst) != self.number
+    }
+
+    /// Whether the user asked it to end.
+    fn is_ended(&self) -> bool {
+        self.bench.ended.load(Ordering::SeqCst) >= self.number
     }
 
     fn run(self) {
@@ -110,14 +118,19 @@ impl Search {
             };
             (Inputs::of(&study)?, start, step.root.is_some())
         };
-        let outcome = inputs.request(start, |mut request| {
+        let mut outcome = inputs.request(start, |mut request| {
             request.auto = self.auto;
+            let (bench, number) = (Arc::clone(&self.bench), self.number);
+            request.limits.stop = Stop::when(move || bench.ended.load(Ordering::SeqCst) >= number);
             // The pages show errors on the logs that are never fitted step by step.
             request.validate.clear();
             diagnose(request, &mut |what| self.say(what))
         })?;
         if self.is_stale() {
             return Ok(());
+        }
+        if self.is_ended() {
+            outcome.diagnosis.stop_reason = ENDED.to_string();
         }
         self.publish(outcome, &inputs, is_root)
     }

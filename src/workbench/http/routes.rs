@@ -252,7 +252,7 @@ pub(super) async fn model(State(shared): State<Shared>, body: Body<NewModel>) ->
             "classic" => Root::Classic,
             _ => return Err(Error::new(format!("there is no model `{model}`")).help("rigid or classic")),
         };
-        bench.stop();
+        bench.stop_search();
         bench.ask(Job::Begin(root));
         done()
     })

@@ -193,7 +193,7 @@ fn log(bench: &Bench, place: &Path, folder: &Path, shown: &str, role: Role) -> R
 
 /// Whatever was found was found in other data.
 pub(super) fn restart(bench: &Bench) {
-    bench.stop();
+    bench.stop_search();
     let mut study = bench.study();
     for log in &mut study.logs {
         log.findings = None;
