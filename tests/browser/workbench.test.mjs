@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { after, before, test } from "node:test";
-import { binary, enter, launch, root, studyOf, until, workbench } from "./browser.mjs";
+import { binary, enter, finish, launch, root, studyOf, until, workbench } from "./browser.mjs";
 
 const SCAN = 90_000;
 let browser;
@@ -16,10 +16,7 @@ before(async () => {
   bench = await workbench(["scenarios/mystery_one.ron"]);
   ({ page, seen } = await enter(browser, bench));
 });
-after(async () => {
-  await browser.close();
-  await bench.stop();
-});
+after(() => finish(browser));
 
 const rungs = () => page.locator("#ladder > .rungs > li");
 const state = () => studyOf(page);

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { enter, launch, serious, studyOf, until, workbench } from "./browser.mjs";
+import { enter, finish, launch, serious, studyOf, until, workbench } from "./browser.mjs";
 
 const PLACES = ["Model", "Data", "Link parameters", "Scripts", "Take away"];
 let browser;
@@ -11,10 +11,7 @@ before(async () => {
   browser = await launch();
   bench = await workbench(["scenarios/mystery_one.ron"]);
 });
-after(async () => {
-  await browser.close();
-  await bench.stop();
-});
+after(() => finish(browser));
 
 test("wide, dark and narrow: no error, no serious finding, nothing scrolls sideways", async () => {
   const { page, seen } = await enter(browser, bench);
