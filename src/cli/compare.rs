@@ -127,7 +127,7 @@ fn shown(comparison: &Comparison, names: &[String]) -> String {
         text += &table(group, first, names, &rows, pooled);
     }
     if models.len() > 1 {
-        text += "* the smallest error of the line\n";
+        text += "* the smallest error of all models\n";
     }
     if models.iter().flat_map(|m| &m.joints).any(|j| j.worse_than_constant) {
         text += "! worse than a constant\n";
