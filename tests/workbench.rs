@@ -322,3 +322,112 @@ fn scripts_are_checked_while_they_are_typed_and_used_at_once() {
     let left = files.names("study");
     assert!(left.iter().all(|f| !f.starts_with('.')), "{left:?}");
 }
+
+#[test]
+fn what_is_found_is_added_by_itself_where_that_is_asked_for() {
+    let files = Files::new();
+    files.simulate();
+    let bench = Bench::open(&files, &["--robot", "two_link.ron", "--data", "logs/fit.csv.gz"]).enter();
+    bench.wait("a model", |s| !s["steps"][0]["held_out_percent"].is_null());
+    assert_eq!(bench.post("/api/diagnose", r#"{"auto": true}"#).status, 200);
+    let state = bench.wait("nothing left to add", |s| {
+        s["diagnosis"]["verdict"] == "nothing" && s["shown"] != 0 && s["job"].is_null()
+    });
+    assert!(state["steps"][1]["added"]["effect"] == "joint_spring", "{}", state["steps"][1]["added"]);
+    let ladder: Vec<f64> = state["path"]
+        .as_array()
+        .expect("a path")
+        .iter()
+        .filter_map(|id| state["steps"][id.as_u64()? as usize]["held_out_percent"].as_f64())
+        .collect();
+    assert!(ladder.len() >= 2 && ladder[1] < 0.1 * ladder[0], "{ladder:?}");
+}
+
+#[test]
+fn other_models_logs_and_maps_begin_anew_where_they_must() {
+    let files = Files::new();
+    files.simulate();
+    let args = ["--robot", "two_link.ron", "--data", "logs/fit.csv.gz", "--data", "logs/check.csv.gz"];
+    let bench = Bench::open(&files, &args).enter();
+    let fitted = |s: &serde_json::Value| {
+        s["steps"].as_array().is_some_and(|a| !a.is_empty() && a.iter().all(|s| s["fitted"] == true))
+    };
+    let first = bench.wait("a model", fitted);
+    assert!(first["steps"][0]["validation_percent"].is_null());
+    assert_eq!(bench.post("/api/role", r#"{"log": 1, "role": "validate"}"#).status, 200);
+    let second = bench.wait("a model of one log", |s| s["steps"][0]["validation_percent"].is_number());
+    assert_ne!(first["steps"][0]["held_out_percent"], second["steps"][0]["held_out_percent"]);
+    assert_eq!(bench.get("/api/page").json()["pictures"]["traces"].as_array().map(Vec::len), Some(2));
+
+    assert_eq!(bench.post("/api/model", r#"{"model": "rigid"}"#).status, 200);
+    let rigid = bench.wait("the rigid model", |s| s["steps"][1]["fitted"] == true);
+    assert_eq!(
+        (rigid["steps"][1]["label"].as_str(), rigid["shown"].as_u64()),
+        (Some("rigid model"), Some(1))
+    );
+    let error = |state: &serde_json::Value, k: usize| {
+        state["steps"][k]["held_out_percent"].as_f64().expect("a number")
+    };
+    assert!(error(&rigid, 1) > error(&rigid, 0));
+
+    // Degrees for radians: wrong, said so, and taken back.
+    let map = r#"{"text": "(position: (columns: \"q{1}\", unit: Degrees))"}"#;
+    assert_eq!(bench.post("/api/columns", map).status, 200);
+    let wrong = bench.wait("what the map did", |s| s["logs"][0]["sound"] == false);
+    let finding = wrong["logs"][0]["findings"][0]["text"].as_str().expect("a finding");
+    assert!(wrong["logs"][0]["columns"][1]["unit"] == "deg" && !finding.is_empty());
+    assert_eq!(bench.post("/api/columns", "{}").status, 200);
+    let right = bench.wait("the first numbers", |s| fitted(s) && s["logs"][0]["sound"] == true);
+    assert!((error(&right, 0) - error(&second, 0)).abs() < 0.05 * error(&second, 0));
+
+    assert_eq!(bench.post("/api/remove", r#"{"log": 0}"#).status, 200);
+    let none = bench
+        .wait("no log to fit", |s| s["logs"].as_array().is_some_and(|l| l.len() == 1) && s["job"].is_null());
+    assert!(none["shown"].is_null() && files.path("logs/fit.csv.gz").is_file(), "the user's own file stays");
+}
+
+#[test]
+fn a_formula_like_model_file_can_be_the_start() {
+    let files = Files::new();
+    files.simulate();
+    files.run(&[
+        "diagnose",
+        "--robot",
+        "two_link.ron",
+        "--data",
+        "logs/fit.csv.gz",
+        "--add",
+        "joint_spring:joint1",
+        "--out",
+        "d",
+    ]);
+    let bench = Bench::open(&files, &["--robot", "two_link.ron", "--data", "logs/fit.csv.gz"]).enter();
+    bench.wait("a model", |s| !s["steps"][0]["held_out_percent"].is_null());
+    assert_eq!(bench.upload("model", "m.ron", &files.bytes("d/model.ron")).status, 200);
+    let state = bench.wait("that model", |s| s["steps"][1]["fitted"] == true);
+    assert!(state["steps"][1]["effects"].to_string().contains("joint_spring"));
+    assert!(state["steps"][1]["held_out_percent"].as_f64() < Some(1.0));
+}
+
+#[test]
+fn what_cannot_be_opened_is_said_on_the_command_line() {
+    let files = Files::new();
+    files.simulate();
+    let refused = |args: &[&str], word: &str| {
+        let (code, said) = files.fail(&[&["workbench"], args].concat());
+        assert!(code == Some(2) && said.contains(word), "{args:?}: {code:?} {said}");
+    };
+    refused(&["nothing.ron"], "nothing.ron");
+    refused(&["logs/fit.csv.gz"], "log");
+    refused(&["--robot", "nothing.urdf"], "nothing.urdf");
+    refused(&["--robot", "two_link.ron", "--data", "nothing.csv"], "nothing.csv");
+    refused(&["plant.ron", "--robot", "two_link.ron"], "both");
+    refused(&["--resume", "nowhere"], "nowhere");
+    refused(&["--resume", "study", "--data", "logs/fit.csv.gz"], "--data");
+    refused(&["--gravity", "down"], "--gravity");
+    let bench = Bench::open(&files, &[]);
+    refused(&["--out", "study"], "--resume");
+    let port = bench.host();
+    let port = port.split(':').next_back().expect("a port");
+    refused(&["--out", "other", "--port", port], port);
+}

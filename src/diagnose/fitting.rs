@@ -6,10 +6,11 @@ use super::candidates;
 use super::data::Data;
 use super::entry::{Request, bare};
 use super::ladder::Ladder;
+use super::pictures::{self, RANKED};
 use super::present::rms;
 use super::signals::{Chosen, WIDTHS};
 use super::unseen::{fitted, unseen_runs};
-use super::{asked, pictures, poor};
+use super::{asked, poor};
 
 use crate::effects::Effect;
 use crate::error::{Error, Result};
@@ -19,6 +20,9 @@ use crate::predict::{predict, prediction_errors};
 use crate::report::finite;
 use crate::report::pictures::{Pictures, Ranked, Role, Trace};
 use crate::signals::{Run, Settings, prepare};
+
+/// Candidates whose columns are held at the same time for a ranking.
+const AT_ONCE: usize = 32;
 
 /// Prepared logs with the model that is fitted to them. Nothing is searched and no signal step is chosen, so
 /// that it answers at once; a [`diagnose`](super::diagnose) of the same model on the same settings starts from the
@@ -148,11 +152,19 @@ impl Fitting {
     pub fn ranking(&mut self) -> Result<Vec<Ranked>> {
         let ladder = &mut self.ladder;
         ladder.refresh_torque()?;
-        ladder.candidates = candidates::catalogue(&ladder.data, &self.chosen.widths, &self.extra)?;
-        candidates::fill(&mut ladder.candidates, &ladder.data, false);
-        ladder.rank();
+        let mut open = candidates::catalogue(&ladder.data, &self.chosen.widths, &self.extra)?;
+        let mut all = Vec::new();
+        // A few at a time: the columns of a whole catalogue take more room than the logs.
+        while !open.is_empty() {
+            ladder.candidates = open.drain(..open.len().min(AT_ONCE)).collect();
+            candidates::fill(&mut ladder.candidates, &ladder.data, false);
+            ladder.rank();
+            all.append(&mut ladder.ranking);
+        }
         ladder.candidates.clear();
-        Ok(std::mem::take(&mut ladder.ranking))
+        all.sort_by(|a, b| b.usefulness.total_cmp(&a.usefulness));
+        all.truncate(RANKED);
+        Ok(all)
     }
 
     fn refusal(&self, effect: &str) -> Error {

@@ -63,7 +63,7 @@ impl Bench {
             .name("work".to_string())
             .spawn(move || work::run(&own, &receiver))
             .map_err(|e| Error::new(format!("cannot start a thread: {e}")))?;
-        bench.ask(Job::Open);
+        bench.ask(Job::Open { again: false });
         Ok(bench)
     }
 

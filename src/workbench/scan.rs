@@ -12,7 +12,7 @@ use super::progress::Progress;
 use super::study::{Addition, Root, Scan, ScriptFile, ScriptKind, Signals, Study};
 use super::work::{Job, broken};
 use crate::check;
-use crate::diagnose::{Outcome, Start, Stop, diagnose};
+use crate::diagnose::{Outcome, Proposed, Start, Stop, diagnose};
 use crate::error::{Error, Result};
 use crate::report::page::Page;
 use crate::text::write_whole;
@@ -121,7 +121,9 @@ impl Search {
         let mut outcome = inputs.request(start, |mut request| {
             request.auto = self.auto;
             let (bench, number) = (Arc::clone(&self.bench), self.number);
-            request.limits.stop = Stop::when(move || bench.ended.load(Ordering::SeqCst) >= number);
+            request.limits.stop = Stop::when(move || {
+                bench.ended.load(Ordering::SeqCst) >= number || bench.search.load(Ordering::SeqCst) != number
+            });
             // The pages show errors on the logs that are never fitted step by step.
             request.validate.clear();
             diagnose(request, &mut |what| self.say(what))
@@ -177,17 +179,26 @@ impl Search {
     }
 }
 
+/// A name for a proposed script that no other script has which somebody took or wrote.
+fn free_name(study: &Study, script: &Proposed) -> String {
+    let taken =
+        |file: &str| study.scripts.iter().any(|s| s.file == file && !(s.proposed || s.text == script.text));
+    let stem = script.file.trim_end_matches(".rhai");
+    let numbered = (2..).map(|k| format!("{stem}_{k}.rhai"));
+    std::iter::once(script.file.clone()).chain(numbered).find(|f| !taken(f)).unwrap_or_default()
+}
+
 /// The answer as the study keeps it; proposed scripts become files of the study.
 fn keep(study: &mut Study, mut outcome: Outcome) -> Result<Scan> {
     let mut proposed = Vec::new();
     for (unknown, script) in outcome.diagnosis.unexplained.iter_mut().zip(outcome.scripts) {
         let kept = match script {
             Some(script) => {
-                let file = script.file.clone();
+                let file = free_name(study, &script);
                 write_whole(&study.folder.join(&file), script.text.as_bytes())?;
                 study.scripts.retain(|s| s.file != file);
                 let (kind, text) = (ScriptKind::Effect, script.text.clone());
-                study.scripts.push(ScriptFile { file: file.clone(), kind, text });
+                study.scripts.push(ScriptFile { file: file.clone(), kind, text, proposed: true });
                 unknown.script = Some(file.clone());
                 Some((file, script))
             }
