@@ -33,6 +33,7 @@ test("the first picture comes before the search has ended, the answer after it",
 });
 
 test("a span of time that is marked says what is in it", async () => {
+  await until(page, (s) => s.job === null, SCAN);
   const plot = page.locator("#torque .plot").first();
   await plot.scrollIntoViewIfNeeded();
   const box = await plot.boundingBox();
