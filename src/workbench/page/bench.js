@@ -130,7 +130,7 @@ function alarm(error) {
 function start() {
   followScheme();
   explain(study.words);
-  views.job = jobView(document.getElementById("job"));
+  views.job = jobView(document.getElementById("job"), document.getElementById("trouble"));
   Object.assign(views, { model: modelView(study), data: dataView(study), parameters: parametersView(study), scripts: scriptsView(study), files: filesView(study) });
   document.getElementById("views").replaceChildren(...PLACES.map(([id]) => views[id].element));
   places();
