@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::candidates;
+use super::candidates::{self, Candidate};
 use super::data::Data;
 use super::entry::{Request, bare};
 use super::ladder::Ladder;
@@ -134,6 +134,10 @@ impl Fitting {
             some => some.iter().map(|j| (effect.to_string(), Some(j.clone()))).collect(),
         };
         self.ladder.candidates = candidates::catalogue(&self.ladder.data, &self.chosen.widths, &self.extra)?;
+        let own = |c: &&Candidate| c.name() == effect;
+        if self.ladder.candidates.iter().filter(own).any(|c| c.effect.needs_torque()) {
+            self.ladder.refresh_torque()?;
+        }
         // Columns of this effect alone: the others only tell what names are known.
         for candidate in self.ladder.candidates.iter_mut().filter(|c| c.name() == effect) {
             candidates::fill(std::slice::from_mut(candidate), &self.ladder.data, false);
