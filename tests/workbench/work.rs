@@ -247,7 +247,7 @@ fn other_models_logs_and_maps_begin_anew_where_they_must() {
 }
 
 #[test]
-fn a_formula_like_model_file_can_be_the_start() {
+fn a_model_file_can_be_the_start() {
     let files = Files::new();
     files.simulate();
     files.run(&[
