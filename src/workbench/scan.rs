@@ -23,15 +23,15 @@ const ENDED: &str = "stopped before the search was done: more may be missing";
 /// Unwinds a search that nobody waits for any more.
 struct Stopped;
 
-/// Starts a search beside a step, in the place of the one that may be running; `auto` adds what it finds.
+/// Starts a search beside a step, in the place of the one that may be running.
 ///
 /// # Errors
 /// When the system gives no thread.
-pub(super) fn start(bench: &Arc<Bench>, step: usize, auto: bool) -> Result<()> {
+pub(super) fn start(bench: &Arc<Bench>, step: usize) -> Result<()> {
     let number = bench.search.fetch_add(1, Ordering::SeqCst) + 1;
     let bench = Arc::clone(bench);
     let thread = std::thread::Builder::new().name("search".to_string());
-    let search = move || Search { bench, number, step, auto }.run();
+    let search = move || Search { bench, number, step }.run();
     thread.spawn(search).map_err(|e| Error::new(format!("cannot start a thread: {e}"))).map(|_| ())
 }
 
@@ -39,7 +39,6 @@ struct Search {
     bench: Arc<Bench>,
     number: u64,
     step: usize,
-    auto: bool,
 }
 
 impl Search {
@@ -119,7 +118,7 @@ impl Search {
             (Inputs::of(&study)?, start, step.root.is_some())
         };
         let mut outcome = inputs.request(start, |mut request| {
-            request.auto = self.auto;
+            request.auto = self.bench.auto.load(Ordering::SeqCst);
             let (bench, number) = (Arc::clone(&self.bench), self.number);
             request.limits.stop = Stop::when(move || {
                 bench.ended.load(Ordering::SeqCst) >= number || bench.search.load(Ordering::SeqCst) != number
@@ -164,8 +163,8 @@ impl Search {
         if new_signals {
             self.bench.ask(Job::Refit);
         }
-        let count = found.len();
-        for (k, addition) in found.into_iter().enumerate().filter(|_| self.auto) {
+        let (count, auto) = (found.len(), self.bench.auto.swap(false, Ordering::SeqCst));
+        for (k, addition) in found.into_iter().enumerate().filter(|_| auto) {
             self.bench.ask(Job::Add(addition, k + 1 == count));
         }
         saved

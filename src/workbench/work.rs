@@ -267,7 +267,7 @@ impl Worker {
                 // The search has its own copy of the logs; there is no room for two.
                 self.at = None;
             }
-            scan::start(&self.bench, id, false)?;
+            scan::start(&self.bench, id)?;
         }
         Ok(())
     }

@@ -235,7 +235,9 @@ fn other_models_logs_and_maps_begin_anew_where_they_must() {
     let finding = wrong["logs"][0]["findings"][0]["text"].as_str().expect("a finding");
     assert!(wrong["logs"][0]["columns"][1]["unit"] == "deg" && !finding.is_empty());
     assert_eq!(bench.post("/api/columns", "{}").status, 200);
-    let right = bench.wait("the first numbers", |s| fitted(s) && s["logs"][0]["columns"][1]["unit"] == "rad" && s["logs"][0]["checked"] == true);
+    let right = bench.wait("the first numbers", |s| {
+        fitted(s) && s["logs"][0]["columns"][1]["unit"] == "rad" && s["logs"][0]["checked"] == true
+    });
     assert!((error(&right, 0) - error(&second, 0)).abs() < 0.05 * error(&second, 0));
 
     assert_eq!(bench.post("/api/remove", r#"{"log": 0}"#).status, 200);
@@ -245,7 +247,7 @@ fn other_models_logs_and_maps_begin_anew_where_they_must() {
 }
 
 #[test]
-fn a_formula_like_model_file_can_be_the_start() {
+fn a_model_file_can_be_the_start() {
     let files = Files::new();
     files.simulate();
     files.run(&[
@@ -273,8 +275,12 @@ fn every_effect_of_the_catalogue_can_be_added_or_says_why_not() {
     files.simulate();
     let bench = Bench::open(&files, &["--robot", "two_link.ron", "--data", "logs/fit.csv.gz"]).enter();
     let first = bench.wait("a model", |s| s["signals"]["chosen"] == true && s["job"].is_null());
-    let names: Vec<&str> =
-        first["catalogue"].as_array().expect("a catalogue").iter().filter_map(|e| e["name"].as_str()).collect();
+    let names: Vec<&str> = first["catalogue"]
+        .as_array()
+        .expect("a catalogue")
+        .iter()
+        .filter_map(|e| e["name"].as_str())
+        .collect();
     let mut added = 0;
     for name in &names {
         let steps = bench.get("/api/state").json()["steps"].as_array().map_or(0, Vec::len);
