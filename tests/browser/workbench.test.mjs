@@ -66,9 +66,8 @@ test("cells of a map that are marked say what is in them, by keyboard too", asyn
   await press("ArrowRight", 9);
   await press("ArrowUp", 9);
   await press("Shift+Enter", 1);
-  const found = page.locator("#where .inside");
+  const found = page.locator("#where .inside", { hasText: /\d+ rows/ });
   await found.waitFor();
-  assert.match(await found.innerText(), /\d+ rows/);
   await found.getByRole("button", { name: "Clear" }).click();
 });
 
@@ -131,6 +130,18 @@ test("what was done is taken away, and the command repeats it", async () => {
   const again = JSON.parse(execFileSync(binary, [...command, "--json", "--quiet"], { cwd: root, maxBuffer: 1e8 }));
   const told = again.identification.held_out_relative_error_percent;
   assert.ok(Math.abs(told - shownStep(s).held_out_percent) < 0.02 * told, `${told} and ${shownStep(s).held_out_percent}`);
+});
+
+test("all that is named is added, one step after the other", async () => {
+  await page.getByRole("link", { name: "Model", exact: true }).click();
+  await page.getByRole("button", { name: "Undo" }).click();
+  const before = await until(page, (s) => s.path.length === 1 && s.job === null, SCAN);
+  await page.getByRole("button", { name: "Add all that is named" }).click();
+  await until(page, (s) => s.path.length > before.path.length && s.job === null, SCAN);
+  const s = await state();
+  const errors = s.path.map((id) => s.steps.find((one) => one.id === id).held_out_percent);
+  assert.ok(errors.at(-1) < errors[before.path.length - 1], `${errors}`);
+  await page.waitForFunction((n) => document.querySelectorAll("#ladder > .rungs > li").length === n, s.path.length);
 });
 
 test("nothing went wrong in the page", () => assert.deepEqual(seen.troubles, []));

@@ -47,7 +47,12 @@ test("rubbish is refused with the place where it is wrong, and nothing else happ
 });
 
 test("a robot and a log are taken in; columns, units and roles are shown", async () => {
-  await page.locator('input[data-kind="robot"]').setInputFiles(join(root, "robots/panda.ron"));
+  // Dropped, as from a file manager; the logs below come through the button.
+  await page.evaluate((text) => {
+    const carried = new DataTransfer();
+    carried.items.add(new File([text], "panda.ron"));
+    document.querySelector("[data-drop=robot]").dispatchEvent(new DragEvent("drop", { dataTransfer: carried, bubbles: true, cancelable: true }));
+  }, readFileSync(join(root, "robots/panda.ron"), "utf8"));
   await page.getByRole("heading", { name: "Robot: panda" }).waitFor();
   await page.locator('input[data-kind="log"]').setInputFiles(join(root, "scenarios/mystery/one_fit.csv.gz"));
   const card = page.locator("#log0");

@@ -31,7 +31,8 @@ function list(facts, act, wanted) {
   const [missing, minor, others] = [rank("missing"), rank("minor"), rank("other")];
   const most = Math.max(...facts.all.map((c) => c.gain_percent), 1e-9);
   const entries = (some) => some.map((c) => entry(c, facts, act, most));
-  const many = missing.length > 0 && button("Add all that is found", () => act("/api/diagnose", { auto: true }), { key: "auto", disabled: facts.busy });
+  // A formula is a proposal to read first: each is added by hand.
+  const many = [...missing, ...minor].some((c) => c.effect !== "formula") && button("Add all that is named", () => act("/api/diagnose", { auto: true }), { key: "auto", disabled: facts.busy });
   return card("What to add", { id: "candidates", note: noteOf(facts, missing), tools: many },
     entries(missing),
     minor.length > 0 && h("details", {}, h("summary", {}, `${minor.length} more, significant but small`), entries(minor)),
