@@ -13,6 +13,7 @@ use super::ladder::Ladder;
 use super::late::Late;
 use super::parts::Parts;
 use super::present::Present;
+use super::sharpness::{self, sharpen};
 use super::signals::{Choice, Chosen, plain};
 use super::unseen::{Basis, fitted, validate};
 use super::{Limits, asked, doubts, nested, pictures, poor, signals, telling};
@@ -95,15 +96,26 @@ impl Request<'_> {
         Ok(data)
     }
 
+    /// The model to start from, its signs as sharp as the data want them.
+    pub(super) fn parts(&self, data: &Data, chosen: &Chosen) -> Result<Parts> {
+        let mut parts = Parts::new(data, self.effects(chosen)?, chosen.widths.clone())?;
+        if self.choose_signals && matches!(self.start, Start::Effects(_)) {
+            sharpen(&mut parts, data)?;
+        }
+        Ok(parts)
+    }
+
     /// Effects of the model to start from.
-    pub(super) fn effects(&self, chosen: &Chosen) -> Vec<Box<dyn Effect>> {
-        match &self.start {
+    fn effects(&self, chosen: &Chosen) -> Result<Vec<Box<dyn Effect>>> {
+        Ok(match &self.start {
             Start::Rigid => vec![Box::new(RigidBody::default())],
             // The residual of a given model is compared, then everything is fitted again to find out why.
             Start::Given => vec![Box::new(RigidBody::default())],
             Start::Classic => plain(self.robot, &chosen.widths),
+            // How sharp a sign is belongs to the signal step.
+            Start::Effects(effects) if self.choose_signals => sharpness::by_joint(self.robot, effects)?,
             Start::Effects(effects) => effects.clone(),
-        }
+        })
     }
 }
 
@@ -244,13 +256,14 @@ fn climb_honestly(
     Ok(())
 }
 
-/// Contacts first; then forward, backward, forward again, until neither changes anything. The threshold is
+/// Contacts first; then forward, backward, and one cause for several findings, until nothing changes. The threshold is
 /// calibrated where the residual holds least structure: at the end; what then fails it is dropped again.
 pub(super) fn search(ladder: &mut Ladder, seed: u64, say: &mut dyn FnMut(&str)) -> Result<()> {
     ladder.look_for_contact(say)?;
     for _ in 0..ROUNDS {
         ladder.climb(say)?;
-        if !ladder.look_back(say)? {
+        let dropped = ladder.look_back(say)?;
+        if !ladder.gather(say)? && !dropped {
             break;
         }
     }
@@ -277,7 +290,7 @@ pub(super) fn start(
     chosen: &Chosen,
     say: &mut dyn FnMut(&str),
 ) -> Result<Ladder> {
-    let effects = request.effects(chosen);
+    let effects = request.effects(chosen)?;
     if !effects.iter().any(|e| e.about().name == "rigid_body") {
         return Err(Error::new("the model to start from has no rigid_body effect")
             .help("add {\"rigid_body\": ()} to its effects"));
@@ -287,12 +300,12 @@ pub(super) fn start(
         let zero = vec![0.0; rigid.columns.len()];
         refresh_model_torque(&rigid, &zero, &mut data.runs)?;
     }
-    let parts = Parts::new(&data, effects, chosen.widths.clone())?;
+    let parts = request.parts(&data, chosen)?;
     let present = Present::new(&data, parts.columns());
     let response = present.respond(&data, data.tau.clone());
     let in_sample = present.residual_of(&data.tau, &present.fit(&data.tau));
     let floor = Floor::new(&data, &in_sample, chosen.settings.band_hz);
-    let candidates = candidates::catalogue(&data, &chosen.widths, &request.extra)?;
+    let candidates = candidates::catalogue(&data, &parts.widths, &request.extra)?;
     let mut ladder = Ladder {
         data,
         parts,
@@ -304,6 +317,7 @@ pub(super) fn start(
         response,
         rungs: Vec::new(),
         refused: Vec::new(),
+        dropped: Vec::new(),
         unknown: Vec::new(),
         events: Vec::new(),
         best_left: 0.0,
