@@ -8,7 +8,7 @@
 
 import { mkdirSync } from "node:fs";
 import { join } from "node:path";
-import { launch, mystery, open, root, study } from "../tests/browser/browser.mjs";
+import { enter, launch, mystery, open, root, study, until, workbench } from "../tests/browser/browser.mjs";
 
 const folder = process.argv[2] ?? join(root, "docs/pictures");
 mkdirSync(folder, { recursive: true });
@@ -25,6 +25,23 @@ async function picture(browser, address, name, { width = 1200, height = 0, schem
   await page.context().close();
 }
 
+/** The workbench after the first effect has been added. */
+async function bench(browser, name, { width = 1360, height = 1180, scheme = "light", places = [["model", ""]] } = {}) {
+  const one = await workbench(["scenarios/mystery_one.ron"]);
+  const { page } = await enter(browser, one, { viewport: { width, height }, colorScheme: scheme });
+  await until(page, (s) => s.shown !== null && s.job === null && s.candidates.some((c) => c.rank === "missing"));
+  await page.locator(".candidate .main").first().click();
+  await until(page, (s) => s.path.length === 2 && s.job === null);
+  for (const [place, suffix] of places) {
+    await page.locator(`#places a[href="#${place}"]`).click();
+    await page.mouse.move(0, 0);
+    await page.waitForTimeout(1000);
+    await page.screenshot({ path: join(folder, `${name}${suffix}.png`) });
+  }
+  await page.context().close();
+  await one.stop();
+}
+
 const browser = await launch();
 if (process.argv[2]) {
   for (const [name, address] of [["diagnosis", mystery()], ["study", study()]]) {
@@ -32,7 +49,12 @@ if (process.argv[2]) {
     await picture(browser, address, `${name}-dark`, { scheme: "dark" });
     await picture(browser, address, `${name}-narrow`, { width: 390 });
   }
+  const places = ["model", "data", "parameters", "scripts", "files"].map((p) => [p, `-${p}`]);
+  await bench(browser, "workbench", { places });
+  await bench(browser, "workbench-dark", { places, scheme: "dark" });
+  await bench(browser, "workbench-narrow", { places, width: 390, height: 2400 });
 } else {
   await picture(browser, mystery(), "report", { width: 1080, height: 1850, only: ["missing", "torque", "where"] });
+  await bench(browser, "workbench");
 }
 await browser.close();

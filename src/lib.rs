@@ -29,5 +29,6 @@ pub mod simulate;
 pub mod space;
 pub mod study;
 pub mod text;
+pub mod workbench;
 
 pub use error::{Error, Result};

@@ -2,8 +2,10 @@
 //!
 //! RON with unknown fields refused; every file it names is relative to the scenario's own folder.
 
+mod files;
 mod published;
 
+pub use files::{find_log, find_poses};
 pub use published::{Published, PublishedFriction};
 
 use std::path::{Path, PathBuf};

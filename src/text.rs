@@ -5,6 +5,8 @@ pub(crate) mod files;
 mod find;
 pub(crate) mod names;
 
+pub use names::suggestion;
+
 use std::io::{Read, Write};
 use std::path::Path;
 

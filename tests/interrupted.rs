@@ -149,3 +149,32 @@ fn foreign_and_damaged_checkpoints_are_refused() {
     let cut = refused(&["--resume", "out"]);
     assert!(cut.contains("damaged") && cut.contains("help"), "{cut}");
 }
+
+#[test]
+fn an_interrupted_diagnosis_keeps_what_it_had_found() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("out");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_lacuna"))
+        .args(["diagnose", "scenarios/mystery_two.ron", "--auto", "--jobs", "1", "--out"])
+        .arg(&out)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("starts");
+    let mut lines = BufReader::new(child.stderr.take().expect("a pipe")).lines().map_while(Result::ok);
+    let first = lines.find(|line| line.contains("found ")).expect("something is found");
+    let id = child.id().to_string();
+    assert!(Command::new("kill").args(["-INT", &id]).status().expect("kill is there").success());
+    let rest: Vec<String> = lines.collect();
+    let ended = child.wait_with_output().expect("it ends");
+    assert_eq!(ended.status.code(), Some(1), "{rest:?}");
+    assert!(rest.iter().any(|line| line.contains("keeping the best")), "{rest:?}");
+    assert!(!rest.iter().any(|line| line.contains("calibrating")), "it went on: {rest:?}");
+    assert!(text(&ended.stdout).contains("interrupted: "), "{}", text(&ended.stdout));
+    let read = |file: &str| std::fs::read_to_string(out.join(file)).expect("was written");
+    let diagnosis: serde_json::Value = serde_json::from_str(&read("diagnosis.json")).expect("JSON");
+    assert!(diagnosis["stop_reason"].as_str().is_some_and(|why| why.starts_with("interrupted")));
+    let steps = diagnosis["ladder"].as_array().expect("a list");
+    let found = steps[0]["effect"].as_str().expect("a name");
+    assert!(first.contains(found) && read("model.ron").contains(found), "{first}: {found}");
+}

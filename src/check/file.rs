@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::report::{Problem, Report, Section};
 use super::{
-    Kind, LogFacts, RobotFacts, effect_script, fields, kind, log, log_against_robot, scenario, script,
+    Kind, LogFacts, RobotFacts, effect_script, fields, kind, log, log_against_robot, misplaced, scenario,
+    script,
 };
 use crate::constraints::{LinkSpace, forms, open};
 use crate::error::{Error, Result};
@@ -66,7 +67,8 @@ pub(super) fn open_robot(path: &Path, gravity: Option<[f64; 3]>) -> Result<(Robo
         Some(g) => robot.with_gravity(g.into()),
         None => robot,
     };
-    let robot = under(Robot::open(path)?);
+    let robot = Robot::open(path).map_err(|e| misplaced(e, path, &[Kind::Urdf, Kind::DenavitHartenberg]))?;
+    let robot = under(robot);
     let is_table = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ron"));
     let text = if is_table { text::read(path).ok() } else { None };
     let other = text.and_then(|t| fields::other_convention(&t)).and_then(|t| Robot::from_dh(&t).ok());
@@ -123,7 +125,7 @@ pub(super) fn against(
     map: Option<&ColumnMap>,
     report: &mut Report,
 ) -> Result<()> {
-    let log = Log::open(path, robot, map)?;
+    let log = Log::open(path, robot, map).map_err(|e| misplaced(e, path, &[Kind::Log]))?;
     report.logs.push(LogFacts::new(&log, robot));
     let findings = log_against_robot(robot, &log, other)?;
     report.next = if findings.is_sound() {

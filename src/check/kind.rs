@@ -43,6 +43,23 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// All of them.
+    pub const ALL: [Self; 13] = [
+        Self::Scenario,
+        Self::Urdf,
+        Self::DenavitHartenberg,
+        Self::Log,
+        Self::Poses,
+        Self::ColumnMap,
+        Self::Model,
+        Self::Coefficients,
+        Self::Friction,
+        Self::Constraints,
+        Self::Script,
+        Self::EffectScript,
+        Self::Experiment,
+    ];
+
     /// In words.
     pub fn text(self) -> &'static str {
         match self {
@@ -61,6 +78,67 @@ impl Kind {
             Self::Experiment => "a plant to simulate",
         }
     }
+}
+
+impl Kind {
+    /// The command, or the place in a scenario, that takes such a file.
+    pub fn taken_by(self, path: &Path) -> String {
+        let file = path.display();
+        match self {
+            Self::Urdf | Self::DenavitHartenberg => {
+                format!("robots go with --robot, as in lacuna diagnose --robot {file} --data LOG.csv")
+            }
+            Self::Scenario => {
+                format!("lacuna scenario {file} runs it, lacuna diagnose {file} asks what is missing")
+            }
+            Self::Log => format!("logs go with --data, as in lacuna diagnose --robot ROBOT --data {file}"),
+            Self::Poses => format!("a scenario takes them: poses: File(\"{file}\")"),
+            Self::ColumnMap => format!("maps go with --columns, as in lacuna check LOG.csv --columns {file}"),
+            Self::Model => format!(
+                "lacuna compare {file} --robot ROBOT --data LOG.csv predicts a log with it, lacuna diagnose .. \
+                 --model {file} starts from it, lacuna export {file} writes it for other tools"
+            ),
+            Self::Coefficients => format!("a scenario takes them: retrieve_from: \"{file}\""),
+            Self::Friction => format!("a scenario takes it: friction: (published: \"{file}\")"),
+            Self::Constraints => format!("a scenario takes it: presets: [\"{file}\"]"),
+            Self::Script => format!(
+                "a scenario takes it: constraints: [{{\"script\": (path: \"{file}\")}}]; lacuna check {file} --robot \
+                 ROBOT says what it means"
+            ),
+            Self::EffectScript => format!(
+                "scripts of effects go with --add or --try, as in lacuna diagnose --robot ROBOT --data LOG.csv --try \
+                 {file}"
+            ),
+            Self::Experiment => format!("lacuna simulate {file} --out DIR makes its logs"),
+        }
+    }
+}
+
+/// What to answer when the file at `path`, which had to be one of `wanted`, cannot be used for the reason `error`:
+/// where it is a file of another kind, what it is and what takes it; else the reason.
+#[must_use]
+pub fn misplaced(error: Error, path: &Path, wanted: &[Kind]) -> Error {
+    match (recognise(path), wanted.first()) {
+        (Ok(found), Some(first)) if !wanted.contains(&found) && !reads_as(path, found, wanted) => {
+            Error::new(format!("this is {}, not {}", found.text(), first.text()))
+                .in_file(path)
+                .help(found.taken_by(path))
+        }
+        _ => error,
+    }
+}
+
+/// Whether the fields of a RON file speak for one of `wanted` as much as for `found`.
+fn reads_as(path: &Path, found: Kind, wanted: &[Kind]) -> bool {
+    let Ok(head) = head(path) else { return false };
+    let text = String::from_utf8_lossy(&head);
+    let fields = outer_fields(text.trim_start_matches('\u{feff}'));
+    let hits = |kind: Kind| {
+        let known = FIELDS.iter().find(|(k, _)| *k == kind).map(|(_, known)| *known);
+        known.map(|known| fields.iter().filter(|f| known.contains(&f.name)).count())
+    };
+    let Some(least) = hits(found) else { return false };
+    wanted.iter().any(|&kind| hits(kind).is_some_and(|hits| hits >= least))
 }
 
 /// Bytes that are looked at.
@@ -144,7 +222,7 @@ pub fn recognise(path: &Path) -> Result<Kind> {
         "urdf" => Ok(Kind::Urdf),
         "csv" | "gz" | "txt" | "tsv" => Ok(table(start)),
         "ron" => ron(path, start),
-        _ if start.starts_with('<') => Ok(Kind::Urdf),
+        _ if start.starts_with('<') && !is_page(start) => Ok(Kind::Urdf),
         _ if start.starts_with('(') || start.starts_with("//") => ron(path, start),
         _ if start.lines().next().is_some_and(|line| line.contains(',')) => Ok(table(start)),
         _ => Err(unknown(path)),
@@ -174,6 +252,11 @@ fn script(text: &str) -> Kind {
         line.trim_start().strip_prefix("fn ").map(str::trim_start).is_some_and(|l| l.starts_with("columns"))
     };
     if text.lines().any(defines) { Kind::EffectScript } else { Kind::Script }
+}
+
+/// A report is no robot, though both are in angle brackets.
+fn is_page(text: &str) -> bool {
+    text.get(..9).is_some_and(|start| start.eq_ignore_ascii_case("<!doctype"))
 }
 
 /// Poses have inertia matrices, logs do not.

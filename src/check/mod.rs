@@ -16,7 +16,7 @@ mod scenario;
 mod script;
 
 pub use file::{Options, file};
-pub use kind::{Kind, recognise};
+pub use kind::{Kind, misplaced, recognise};
 pub use log::{JointRange, LogFacts};
 pub use pair::{Finding, Findings, Severity, log_against_robot};
 pub use report::{Problem, Report, Section};

@@ -11,7 +11,9 @@ use crate::identify::Weighting;
 use crate::log::{ColumnMap, StaticPoses};
 use crate::model::Model;
 use crate::robot::Robot;
-use crate::scenario::{Choice, HoldOut, Logs, Objective, Poses, Published, PublishedFriction, Scenario};
+use crate::scenario::{
+    Choice, HoldOut, Logs, Objective, Poses, Published, PublishedFriction, Scenario, find_log, find_poses,
+};
 use crate::signals::{ClockChoice, VelocityFrom};
 use crate::space::Parameter;
 use crate::text;
@@ -193,7 +195,9 @@ impl Look<'_> {
         let mut coefficients = Vec::new();
         match &scenario.poses {
             Some(Poses::File(file)) => {
-                if let (Some(path), Some((robot, _))) = (self.find(file, None), robot) {
+                let path = find_poses(&self.folder, file).map_err(|e| text::placed(e, self.path));
+                let path = self.taken(path);
+                if let (Some(path), Some((robot, _))) = (path, robot) {
                     let opened = StaticPoses::open(&path, robot);
                     self.taken(opened);
                 }
@@ -223,6 +227,10 @@ impl Look<'_> {
         for file in coefficients {
             self.coefficients(&self.folder.join(file), robot.map(|(r, _)| r));
         }
+        self.logs(scenario, robot);
+    }
+
+    fn logs(&mut self, scenario: &Scenario, robot: Option<&(Robot, Option<Robot>)>) {
         match &scenario.logs {
             Some(Logs::Files { fit, validate, columns, missing }) => {
                 let map = columns.as_ref().map(|c| ColumnMap::open(self.folder.join(c)));
@@ -231,14 +239,15 @@ impl Look<'_> {
                     Some(Some(map)) => Some(map),
                     None => None,
                 };
-                let given: Vec<PathBuf> = self.options.data.iter().cloned().collect();
-                let files = if given.is_empty() {
-                    fit.iter().chain(validate).collect()
-                } else {
-                    given.iter().collect::<Vec<_>>()
-                };
-                for file in files {
-                    self.log(file, map.as_ref(), missing.as_deref(), robot);
+                if let Some(given) = &self.options.data {
+                    self.log(given, map.as_ref(), robot);
+                    return;
+                }
+                for file in fit.iter().chain(validate) {
+                    let found = find_log(&self.folder, file, missing.as_deref());
+                    if let Some(path) = self.taken(found.map_err(|e| text::placed(e, self.path))) {
+                        self.log(&path, map.as_ref(), robot);
+                    }
                 }
             }
             Some(Logs::Simulated(simulated)) => {
@@ -281,16 +290,10 @@ impl Look<'_> {
         self.report.sections.push(Section::wrapped("what link parameters must satisfy", conditions));
     }
 
-    fn log(
-        &mut self,
-        file: &Path,
-        map: Option<&ColumnMap>,
-        missing: Option<&str>,
-        robot: Option<&(Robot, Option<Robot>)>,
-    ) {
-        let (Some(path), Some((robot, other))) = (self.find(file, missing), robot) else { return };
+    fn log(&mut self, path: &Path, map: Option<&ColumnMap>, robot: Option<&(Robot, Option<Robot>)>) {
+        let Some((robot, other)) = robot else { return };
         let next = self.report.next.clone();
-        let checked = against(robot, other.as_ref(), &path, map, self.report);
+        let checked = against(robot, other.as_ref(), path, map, self.report);
         self.taken(checked);
         self.report.next = next;
     }
@@ -300,18 +303,5 @@ impl Look<'_> {
         let Some(robot) = robot else { return };
         let values = published.values(&BaseParameters::new(robot)).map_err(|e| e.in_file(path));
         self.taken(values);
-    }
-
-    /// A file beside the scenario, in `LACUNA_DATA`, or as it is named.
-    fn find(&mut self, file: &Path, missing: Option<&str>) -> Option<PathBuf> {
-        let in_data = || std::env::var_os("LACUNA_DATA").map(|d| Path::new(&d).join(file));
-        let places = [Some(self.folder.join(file)), in_data(), Some(file.to_path_buf())];
-        let found = places.into_iter().flatten().find(|p| p.is_file());
-        if found.is_none() {
-            let otherwise = "put it beside the scenario or into the folder that LACUNA_DATA names";
-            let help = missing.map_or_else(|| otherwise.to_string(), |m| format!("{m}\n  {otherwise}"));
-            self.problem(Error::new("the file is not there").in_file(file).help(help));
-        }
-        found
     }
 }

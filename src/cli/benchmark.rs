@@ -65,9 +65,8 @@ impl Benchmark {
         let mut items = Vec::new();
         for name in &self.part {
             let part = Part::named(name).ok_or_else(|| {
-                let known: Vec<&str> = PARTS.iter().map(|(_, name, _)| *name).collect();
-                Error::new(format!("--part: no part called `{name}`"))
-                    .help(format!("known are {}", known.join(", ")))
+                let help = text::suggestion(name, PARTS.iter().map(|(_, name, _)| *name));
+                Error::new(format!("--part: no part called `{name}`")).help(help)
             })?;
             items.extend(plan(part, self.rounds.map_or(part.rounds(), usize::from), seed));
         }

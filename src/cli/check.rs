@@ -1,14 +1,15 @@
 use std::path::PathBuf;
 
-use lacuna::check::{self, Options};
+use lacuna::check::{self, Kind, Options};
 use lacuna::{Error, Result};
 
 use super::{Global, print, print_json};
 
 /// Arguments of `lacuna check`.
 #[derive(Debug, clap::Args)]
+#[command(after_help = kinds())]
 pub(super) struct Check {
-    /// Scenario, robot, log, static poses, column map, model, coefficients or script.
+    /// The file; what it is follows from its name and content.
     file: PathBuf,
     /// Robot to check a log or a script against.
     #[arg(long, value_name = "FILE")]
@@ -42,10 +43,16 @@ impl Check {
     }
 }
 
-fn gravity(text: &str) -> Result<[f64; 3]> {
+pub(super) fn gravity(text: &str) -> Result<[f64; 3]> {
     let parts: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
     <[f64; 3]>::try_from(parts).ok().filter(|g| g.iter().all(|x| x.is_finite())).ok_or_else(|| {
         Error::new(format!("--gravity {text}: not three numbers"))
             .help("write for example --gravity 0,0,-9.81 [m/s², base frame]")
     })
+}
+
+/// The kinds of files, for the help text.
+fn kinds() -> String {
+    let lines: String = Kind::ALL.iter().map(|kind| format!("  {}\n", kind.text())).collect();
+    format!("Kinds of files that are known:\n{}", lines.trim_end_matches('\n'))
 }

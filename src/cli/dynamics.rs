@@ -1,14 +1,14 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
+use lacuna::check::{Kind, misplaced};
 use lacuna::export::Parameters;
 use lacuna::kernels::{Chain, State, Workspace, inverse_dynamics, lagrangian_torque, wrench};
 use lacuna::log::Log;
-use lacuna::model_file::ModelFile;
 use lacuna::robot::Robot;
 use lacuna::{Error, Result};
 
-use super::{Global, open_robot, print};
+use super::{Global, open_model, open_robot, print};
 
 /// Arguments of `lacuna dynamics`.
 #[derive(Debug, clap::Args)]
@@ -16,8 +16,8 @@ pub(super) struct Dynamics {
     /// Robot file: URDF, or a Denavit-Hartenberg table in RON.
     #[arg(long, value_name = "FILE")]
     robot: PathBuf,
-    /// Model file (RON) with all link parameters, as a retrieval writes it, to use instead of the robot file's
-    /// inertias. Friction is not part of inverse dynamics.
+    /// Model file (RON) whose link parameters replace the robot file's inertias: model.ron of a study that retrieved
+    /// them. Its friction is left out: inverse dynamics are those of the links.
     #[arg(long, value_name = "MODEL")]
     model: Option<PathBuf>,
     /// States (CSV): columns q1..qn, dq1..dqn, ddq1..ddqn, or with joint names.
@@ -54,7 +54,7 @@ impl Dynamics {
         }
         let mut robot = open_robot(&self.robot, self.gravity.as_deref())?;
         if let Some(path) = &self.model {
-            let file = ModelFile::open(path)?;
+            let file = open_model(path)?;
             let parameters = Parameters::read(&file, &robot).map_err(|e| e.in_file(path))?;
             for (link, inertia) in robot.links.iter_mut().zip(parameters.links) {
                 link.inertia = Some(inertia);
@@ -70,7 +70,8 @@ impl Dynamics {
         if !massless.is_empty() && !global.quiet {
             eprintln!("note: no inertia in the file, taken as massless: {}", massless.join(", "));
         }
-        let states = Log::open_states(&self.states, &robot)?;
+        let states =
+            Log::open_states(&self.states, &robot).map_err(|e| misplaced(e, &self.states, &[Kind::Log]))?;
         if let Some((reason, dropped)) = states.dropped.iter().next() {
             return Err(Error::new(format!("{} rows cannot be used: {reason}", dropped.rows))
                 .in_file(&self.states)

@@ -7,7 +7,7 @@ use lacuna::text::{read, write_whole};
 use lacuna::{Error, Result};
 use serde::Serialize;
 
-use super::{Global, open_robot, print, print_json};
+use super::{Global, open_model, open_robot, print, print_json};
 
 /// Arguments of `lacuna export`.
 #[derive(Debug, clap::Args)]
@@ -50,7 +50,7 @@ struct Wrapped<'a> {
 
 impl Export {
     pub(super) fn run(self, global: &Global) -> Result<bool> {
-        let file = ModelFile::open(&self.model)?;
+        let file = open_model(&self.model)?;
         let robot_path = self.robot.clone().map_or_else(|| find_robot(&self.model, &file.robot), Ok)?;
         let robot = open_robot(&robot_path, self.gravity.as_deref())?;
         let parameters = Parameters::read(&file, &robot).map_err(|e| e.in_file(&self.model))?;

@@ -42,6 +42,11 @@ impl Interrupt {
         if self.asked.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
+    /// Whether the user has asked to stop.
+    pub(super) fn was_asked(&self) -> bool {
+        self.asked.load(Ordering::Relaxed)
+    }
+
     /// No engine is searching any more.
     pub(super) fn leave(&self) {
         self.heard.store(false, Ordering::Relaxed);

@@ -1,7 +1,8 @@
 use lacuna::constraints;
 use lacuna::effects::{About, CATALOGUE};
+use lacuna::report::hanging;
 use lacuna::retrieval::catalogue::{self, EngineAbout};
-use lacuna::{Error, Result};
+use lacuna::{Error, Result, text};
 use serde::Serialize;
 
 use super::{Global, print, print_json};
@@ -15,8 +16,33 @@ pub(super) fn run(what: &str, name: Option<&str>, global: &Global) -> Result<boo
         ("constraints", Some(name)) => one_constraint(name, global),
         ("engines", None) => all_engines(global),
         ("engines", Some(name)) => one_engine(name, global),
-        _ => Err(Error::new(format!("cannot list `{what}`")).help("known are effects, constraints, engines")),
+        _ => Err(Error::new(format!("cannot list `{what}`"))
+            .help(text::suggestion(what, ["effects", "constraints", "engines"]))),
     }
+}
+
+/// Names and titles in two columns, and how to see more of one.
+fn table<'a>(what: &str, entries: impl Iterator<Item = (&'a str, &'a str)> + Clone) -> String {
+    let width = entries.clone().map(|(name, _)| name.len()).max().unwrap_or(0);
+    let line = |(name, title): (&str, &str)| hanging(&format!("{name:width$}  "), title, width + 2);
+    let lines: String = entries.map(line).collect();
+    format!("{lines}\nlacuna list {what} NAME explains one\n")
+}
+
+/// What to say of a name that none of them has.
+fn unknown<'a>(kind: &str, name: &str, known: impl Iterator<Item = &'a str>) -> Error {
+    Error::new(format!("no {kind} called `{name}`")).help(text::suggestion(name, known))
+}
+
+/// Symbol, unit and meaning; what is long hangs below the meaning.
+fn parameters(of: &[(&str, &str, &str)]) -> String {
+    let width = |length: fn(&(&str, &str, &str)) -> usize| of.iter().map(length).max().unwrap_or(0);
+    let symbol = width(|(symbol, ..)| symbol.chars().count());
+    let unit = width(|(_, unit, _)| unit.chars().count()).min(22);
+    let line = |(s, u, meaning): &(&str, &str, &str)| {
+        hanging(&format!("  {s:symbol$}  {u:unit$}  "), meaning, symbol + unit + 6)
+    };
+    of.iter().map(line).collect()
 }
 
 #[derive(Serialize)]
@@ -55,33 +81,24 @@ fn all(global: &Global) -> Result<bool> {
         print_json(&abouts.iter().map(entry).collect::<Vec<_>>())?;
         return Ok(true);
     }
-    let width = abouts.iter().map(|a| a.name.len()).max().unwrap_or(0);
-    let lines: String = abouts.iter().map(|a| format!("{:width$}  {}\n", a.name, a.title)).collect();
-    print(&(lines + "\nlacuna list effects NAME explains one\n"))?;
+    print(&table("effects", abouts.iter().map(|a| (a.name, a.title))))?;
     Ok(true)
 }
 
 fn one(name: &str, global: &Global) -> Result<bool> {
     let abouts: Vec<About> = CATALOGUE.iter().map(|entry| entry.about).collect();
     let Some(about) = abouts.iter().find(|a| a.name == name) else {
-        let known: Vec<&str> = abouts.iter().map(|a| a.name).collect();
-        return Err(
-            Error::new(format!("no effect called `{name}`")).help(format!("known are {}", known.join(", ")))
-        );
+        return Err(unknown("effect", name, abouts.iter().map(|a| a.name)));
     };
     if global.json {
         print_json(&entry(about))?;
         return Ok(true);
     }
-    let mut text = format!("{}: {}\n\n", about.name, about.title);
-    for line in lacuna::report::wrap(about.text, 78) {
-        text += &format!("{line}\n");
-    }
-    text += &format!("\n  {}\n\n", about.equation);
-    for (symbol, unit, meaning) in about.parameters {
-        text += &format!("  {symbol:30} {unit:10} {meaning}\n");
-    }
-    text += &format!("\neasily confused with: {}\n", about.confused_with);
+    let mut text = hanging(&format!("{}: ", about.name), about.title, 4) + "\n";
+    text += &hanging("", about.text, 0);
+    text += &format!("\n{}\n", hanging("  ", about.equation, 6));
+    text += &parameters(about.parameters);
+    text += &format!("\n{}", hanging("easily confused with: ", about.confused_with, 4));
     print(&text)?;
     Ok(true)
 }
@@ -121,34 +138,27 @@ fn all_constraints(global: &Global) -> Result<bool> {
         print_json(&abouts.iter().map(constraint_entry).collect::<Vec<_>>())?;
         return Ok(true);
     }
-    let width = abouts.iter().map(|a| a.name.len()).max().unwrap_or(0);
-    let lines: String = abouts.iter().map(|a| format!("{:width$}  {}\n", a.name, a.title)).collect();
-    print(&(lines + "\nlacuna list constraints NAME explains one\n"))?;
+    print(&table("constraints", abouts.iter().map(|a| (a.name, a.title))))?;
     Ok(true)
 }
 
 fn one_constraint(name: &str, global: &Global) -> Result<bool> {
     let abouts: Vec<constraints::About> = constraints::CATALOGUE.iter().map(|about| about()).collect();
     let Some(about) = abouts.iter().find(|a| a.name == name) else {
-        let known: Vec<&str> = abouts.iter().map(|a| a.name).collect();
-        return Err(Error::new(format!("no constraint called `{name}`"))
-            .help(format!("known are {}", known.join(", "))));
+        return Err(unknown("constraint", name, abouts.iter().map(|a| a.name)));
     };
     if global.json {
         print_json(&constraint_entry(about))?;
         return Ok(true);
     }
-    let paragraph = |text: &str, indent: &str| -> String {
-        lacuna::report::wrap(text, 78 - indent.len()).iter().map(|line| format!("{indent}{line}\n")).collect()
-    };
-    let mut text = format!("{}: {}\n\n{}\n", about.name, about.title, paragraph(about.text, ""));
-    text += &paragraph(about.condition, "  ");
-    text += "\nsettings\n";
+    let mut text = hanging(&format!("{}: ", about.name), about.title, 4) + "\n";
+    text += &hanging("", about.text, 0);
+    text += &format!("\n{}\nsettings\n", hanging("  ", about.condition, 6));
     for (name, unit, meaning) in about.settings {
         let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
-        text += &format!("  {name}{unit}\n{}", paragraph(meaning, "      "));
+        text += &format!("  {name}{unit}\n{}", hanging("      ", meaning, 6));
     }
-    text += &format!("\n{}", paragraph(&format!("form: {}", about.form), ""));
+    text += &format!("\n{}", hanging("form: ", about.form, 6));
     print(&text)?;
     Ok(true)
 }
@@ -192,9 +202,7 @@ fn all_engines(global: &Global) -> Result<bool> {
         print_json(&entries)?;
         return Ok(true);
     }
-    let width = entries.iter().map(|e| e.name.len()).max().unwrap_or(0);
-    let lines: String = entries.iter().map(|e| format!("{:width$}  {}\n", e.name, e.title)).collect();
-    print(&(lines + "\nlacuna list engines NAME explains one\n"))?;
+    print(&table("engines", entries.iter().map(|e| (e.name, e.title))))?;
     Ok(true)
 }
 
@@ -206,21 +214,15 @@ fn one_engine(name: &str, global: &Global) -> Result<bool> {
         print_json(&entry)?;
         return Ok(true);
     }
-    let mut text = format!("{}: {}\n\n", entry.name, entry.title);
-    for line in lacuna::report::wrap(entry.text, 78) {
-        text += &format!("{line}\n");
-    }
-    text.push('\n');
-    for line in lacuna::report::wrap(&format!("takes: {}", entry.takes), 78) {
-        text += &format!("{line}\n");
-    }
+    let mut text = hanging(&format!("{}: ", entry.name), entry.title, 4) + "\n";
+    text += &format!("{}\n{}", hanging("", entry.text, 0), hanging("takes: ", entry.takes, 7));
     if !entry.available {
         text += "not in this build\n";
     }
     text += "\nsettings, as they are when a scenario does not say otherwise\n";
     for setting in &entry.settings {
         let usual = if setting.usual == "None" { "not set" } else { &setting.usual };
-        text += &format!("  {}: {usual}\n      {}\n", setting.name, setting.meaning);
+        text += &format!("  {}: {usual}\n{}", setting.name, hanging("      ", setting.meaning, 6));
     }
     text += &format!("\nin a scenario: engines: [{{\"{name}\": ()}}]\n");
     print(&text)?;

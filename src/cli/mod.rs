@@ -9,13 +9,20 @@ mod dynamics;
 mod export;
 mod interrupt;
 mod list;
+mod offered;
 mod scenario;
 mod simulate;
+mod workbench;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use lacuna::check::{Kind, misplaced};
+use lacuna::log::{ColumnMap, Log};
+use lacuna::model_file::ModelFile;
+use lacuna::robot::Robot;
+use lacuna::scenario::Scenario;
 use lacuna::{Error, Result};
 
 use console::Console;
@@ -34,28 +41,28 @@ struct Arguments {
 #[derive(Debug, clap::Args)]
 struct Global {
     /// Print one JSON document on stdout and nothing else there.
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = offered::HEADING)]
     json: bool,
     /// Seed of every random draw, instead of the scenario's.
-    #[arg(long, global = true, value_name = "N")]
+    #[arg(long, global = true, help_heading = offered::HEADING, value_name = "N")]
     seed: Option<u64>,
     /// Number of threads; results do not depend on it.
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, global = true, help_heading = offered::HEADING, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// Folder for results; for `export` the file to write.
-    #[arg(long, global = true, value_name = "DIR")]
+    /// Folder for results.
+    #[arg(long, global = true, help_heading = offered::HEADING, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Folder of an interrupted study, to go on where it was to the same result.
-    #[arg(long, global = true, value_name = "DIR")]
+    #[arg(long, global = true, help_heading = offered::HEADING, value_name = "DIR")]
     resume: Option<PathBuf>,
     /// No progress on stderr.
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = offered::HEADING)]
     quiet: bool,
 }
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Run a whole study and write report.json and model.ron.
+    /// Run a whole study; writes report.json, report.html and model.ron.
     Scenario {
         /// Scenario file (RON).
         file: PathBuf,
@@ -63,9 +70,9 @@ enum Command {
         #[arg(long, value_name = "CSV")]
         data: Vec<PathBuf>,
     },
-    /// Compare finished models on one log; nothing is fitted.
+    /// Compare finished models on one log, side by side; nothing is fitted.
     Compare {
-        /// Model files (RON), as studies write them.
+        /// Model files (RON), as studies write them; shown in this order.
         #[arg(required = true)]
         models: Vec<PathBuf>,
         /// Robot file: URDF, or a Denavit-Hartenberg table in RON.
@@ -83,7 +90,7 @@ enum Command {
     },
     /// Examine the diagnosis itself: hide effects in simulated logs and count the answers.
     Benchmark(benchmark::Benchmark),
-    /// Check a scenario, robot, log, column map or model, and a log against a robot.
+    /// Check a file of any kind, and a log against a robot.
     Check(check::Check),
     /// Compare model and measurement: where the model fails, and what is missing.
     Diagnose(diagnose::Diagnose),
@@ -96,8 +103,10 @@ enum Command {
     },
     /// Write identified parameters for other tools: URDF, MJCF, JSON.
     Export(export::Export),
-    /// Inverse dynamics with the robot file's own inertias, as CSV on stdout.
+    /// Inverse dynamics with the inertias of the robot file or of a model, as CSV on stdout.
     Dynamics(dynamics::Dynamics),
+    /// Open a local page to work on a study: see, add, undo, compare, retrieve.
+    Workbench(workbench::Workbench),
     /// Make measurements of a described plant: hidden effects, controller, sensors, noise.
     Simulate {
         /// Description of plant and logs (RON).
@@ -108,7 +117,10 @@ enum Command {
 /// Runs the command line; the result is the process's exit code: 0 done, 1 the answer is negative,
 /// 2 unusable input.
 pub(crate) fn run() -> ExitCode {
-    let arguments = Arguments::parse();
+    let matches = offered::adjust(Arguments::command()).get_matches();
+    let name = matches.subcommand_name().unwrap_or_default().to_string();
+    let arguments = Arguments::from_arg_matches(&matches).unwrap_or_else(|e| e.exit());
+    offered::note_idle(&name, &arguments.global);
     let console = Console::new(arguments.global.quiet);
     let answer = prepare(&arguments).and_then(|()| match arguments.command {
         Command::Scenario { file, data } => scenario::run(&file, data, &arguments.global, &console),
@@ -121,6 +133,7 @@ pub(crate) fn run() -> ExitCode {
         Command::List { what, name } => list::run(&what, name.as_deref(), &arguments.global),
         Command::Export(export) => export.run(&arguments.global),
         Command::Dynamics(dynamics) => dynamics.run(&arguments.global),
+        Command::Workbench(workbench) => workbench.run(&arguments.global),
         Command::Simulate { file } => simulate::run(&file, &arguments.global, &console),
     });
     console.clear();
@@ -134,11 +147,27 @@ pub(crate) fn run() -> ExitCode {
     }
 }
 
+/// Opens a scenario; a file of another kind is answered with what takes it.
+fn open_scenario(path: &Path) -> Result<Scenario> {
+    Scenario::open(path).map_err(|e| misplaced(e, path, &[Kind::Scenario]))
+}
+
+/// Opens a model; a file of another kind is answered with what takes it.
+fn open_model(path: &Path) -> Result<ModelFile> {
+    ModelFile::open(path).map_err(|e| misplaced(e, path, &[Kind::Model]))
+}
+
+/// Opens a log; a file of another kind is answered with what takes it.
+fn open_log(path: &Path, robot: &Robot, columns: Option<&ColumnMap>) -> Result<Log> {
+    Log::open(path, robot, columns).map_err(|e| misplaced(e, path, &[Kind::Log]))
+}
+
 fn prepare(arguments: &Arguments) -> Result<()> {
-    let resumable = matches!(arguments.command, Command::Scenario { .. } | Command::Benchmark(_));
+    let resumable =
+        matches!(arguments.command, Command::Scenario { .. } | Command::Benchmark(_) | Command::Workbench(_));
     if arguments.global.resume.is_some() && !resumable {
-        return Err(Error::new("--resume: only `lacuna scenario` and `lacuna benchmark` can be resumed")
-            .help("leave --resume away"));
+        let which = "`lacuna scenario`, `lacuna benchmark` and `lacuna workbench`";
+        return Err(Error::new(format!("--resume: only {which} can be resumed")).help("leave --resume away"));
     }
     if let Some(jobs) = arguments.global.jobs {
         rayon::ThreadPoolBuilder::new().num_threads(usize::from(jobs)).build_global().map_err(|e| {
@@ -149,8 +178,8 @@ fn prepare(arguments: &Arguments) -> Result<()> {
 }
 
 /// Opens a robot, under another gravity when one is given.
-fn open_robot(path: &std::path::Path, gravity: Option<&str>) -> Result<lacuna::robot::Robot> {
-    let robot = lacuna::robot::Robot::open(path)?;
+fn open_robot(path: &Path, gravity: Option<&str>) -> Result<Robot> {
+    let robot = Robot::open(path).map_err(|e| misplaced(e, path, &[Kind::Urdf, Kind::DenavitHartenberg]))?;
     let Some(text) = gravity else { return Ok(robot) };
     let numbers: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
     match numbers.as_slice() {

@@ -1,5 +1,6 @@
 use std::path::{Path, PathBuf};
 
+use lacuna::check::{Kind, misplaced};
 use lacuna::report::Report;
 use lacuna::retrieval::Step;
 use lacuna::retrieval::checkpoint::Checkpoint;
@@ -8,15 +9,17 @@ use lacuna::{Error, Result, report, text};
 
 use super::console::Console;
 use super::interrupt::Interrupt;
-use super::{Global, json, print, print_json};
+use super::{Global, json, open_scenario, print, print_json};
 
 /// `lacuna scenario FILE.ron`: `false` when no engine found feasible parameters, or when interrupted.
 pub(super) fn run(file: &Path, data: Vec<PathBuf>, global: &Global, console: &Console) -> Result<bool> {
+    open_scenario(file)?;
     let out = folder(file, global)?;
     if global.out.is_some() || global.resume.is_some() {
         text::check_writable(&out)?;
     }
     let again = again(file, &data, global, &out);
+    let logs = data.clone();
     let interrupt = Interrupt::install(global.quiet)?;
     let watch = |step: &Step| {
         console.step(step);
@@ -32,7 +35,8 @@ pub(super) fn run(file: &Path, data: Vec<PathBuf>, global: &Global, console: &Co
         watch: &watch,
         checkpoint: Some(Checkpoint { folder: out.clone(), resume: global.resume.is_some() }),
     };
-    let outcome = study::run(file, options)?;
+    let outcome = study::run(file, options)
+        .map_err(|e| logs.iter().fold(e, |error, log| misplaced(error, log, &[Kind::Log])))?;
     interrupt.leave();
     console.clear();
     text::write_whole(&out.join("report.json"), (json(&outcome.report)? + "\n").as_bytes())?;
@@ -97,23 +101,26 @@ fn again(file: &Path, data: &[PathBuf], global: &Global, out: &Path) -> String {
 }
 
 fn next_steps(scenario: &Path, out: &Path, outcome: &Outcome, again: &str) -> String {
-    let mut text = format!("\nwritten  {}", out.join("report.json").display());
-    let models = [("model.ron", outcome.model.is_some()), ("identified.ron", outcome.identified.is_some())];
-    for (name, _) in models.iter().filter(|(_, is_there)| *is_there) {
-        text += &format!("\n         {}", out.join(name).display());
+    let file = |name: &str| out.join(name).display().to_string();
+    let mut text = format!("\nwritten  {}\n", file("report.json"));
+    if outcome.model.is_some() {
+        text += &format!("         {}\n", file("model.ron"));
+        text += &report::hanging("             ", &report::whose(&outcome.report), 13);
     }
-    text += &format!("\n         {}   open it in a browser", out.join("report.html").display());
+    if outcome.identified.is_some() {
+        text += &format!("         {}\n             identified coefficients\n", file("identified.ron"));
+    }
+    text += &format!("         {}   open it in a browser\n", file("report.html"));
     if outcome.stopped {
-        text += &format!("\nstopped  to go on where it was:\n         {again}");
+        text += &format!("stopped  to go on where it was:\n{}", report::command("         ", again, 13));
     } else if outcome.model.is_some() {
-        text += &format!(
-            "\nnext     lacuna compare {} \\\n             --robot {} --data LOG.csv\n         predicts another \
-             log; nothing is fitted",
-            out.join("model.ron").display(),
-            robot_of(scenario).display()
-        );
+        let robot = robot_of(scenario);
+        let compare =
+            format!("lacuna compare {} --robot {} --data LOG.csv", file("model.ron"), robot.display());
+        text += &report::command("next     ", &compare, 13);
+        text += "         predicts another log; nothing is fitted\n";
     }
-    text + "\n"
+    text
 }
 
 /// Where the scenario's robot is, as seen from here.

@@ -1,5 +1,6 @@
 use std::path::Path;
 
+use lacuna::check::{Kind, misplaced};
 use lacuna::simulate::{self, Recorded};
 use lacuna::{Error, Result};
 use serde::Serialize;
@@ -21,7 +22,7 @@ pub(super) fn run(file: &Path, global: &Global, console: &Console) -> Result<boo
         return Err(Error::new("--out is missing").help("name a folder for the logs: --out DIR"));
     };
     console.say("simulating");
-    let outcome = simulate::run(file, global.seed)?;
+    let outcome = simulate::run(file, global.seed).map_err(|e| misplaced(e, file, &[Kind::Experiment]))?;
     let logs = outcome.write(out)?;
     console.clear();
     if global.json {

@@ -99,10 +99,25 @@ impl Request<'_> {
     /// The model to start from, its signs as sharp as the data want them.
     pub(super) fn parts(&self, data: &Data, chosen: &Chosen) -> Result<Parts> {
         let mut parts = Parts::new(data, self.effects(chosen)?, chosen.widths.clone())?;
-        if self.choose_signals && matches!(self.start, Start::Effects(_)) {
+        if self.sharpens() {
             sharpen(&mut parts, data)?;
         }
         Ok(parts)
+    }
+
+    /// That model, fitted, without any candidate.
+    pub(super) fn bare(&self, data: Data, chosen: &Chosen) -> Result<Ladder> {
+        let mut ladder = bare(data, self.effects(chosen)?, chosen, &self.limits)?;
+        if self.sharpens() {
+            sharpen(&mut ladder.parts, &ladder.data)?;
+            ladder.refit()?;
+        }
+        Ok(ladder)
+    }
+
+    /// Whether signs of the model to start from are made as sharp as the data want them.
+    fn sharpens(&self) -> bool {
+        self.choose_signals && matches!(self.start, Start::Effects(_))
     }
 
     /// Effects of the model to start from.
@@ -146,10 +161,11 @@ pub fn diagnose(request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<Outco
     // A delay of the whole robot is mended before anything that it may have imitated is believed.
     let (mut late, mut unmended): (Option<Late>, Option<Look>) = (None, None);
     for _ in 0..MENDINGS {
-        if !Late::note(&mut late, &look.telling(&request, &look.base))? {
+        if request.limits.stop.asked() || !Late::note(&mut late, &look.telling(&request, &look.base))? {
             break;
         }
-        let Some(late) = &late else { break };
+        let Some(late) = &mut late else { break };
+        late.settle(&request, &look.chosen, &logs)?;
         say(&format!("the torque is {:.1} ms late: put in step, looking again", 1e3 * late.seconds));
         let again = Look::at(&request, &late.mended(&logs), &mut timing, say)?;
         let before = std::mem::replace(&mut look, again);
@@ -165,7 +181,7 @@ pub fn diagnose(request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<Outco
         late.into_answer(&mut diagnosis, &telling, &look.base);
     }
     let model = model_file(first, &look, &request, delayed)?;
-    if let Some(until) = request.nested {
+    if let Some(until) = request.nested.filter(|_| !request.limits.stop.asked()) {
         diagnosis.nested = Some(nested::run(&request, &first.chosen, until, say)?);
     }
     // Who adds effects one by one sees what these do; otherwise what everything that was found would.
@@ -212,7 +228,9 @@ impl Look {
         let clock = Instant::now();
         if undecided.iter().all(|(_, blocks)| !blocks) {
             climb_honestly(request, &chosen, &mut ladder, logs, say)?;
-            if let Some(better) = signals::again(request, &chosen, &ladder, logs)? {
+            if !request.limits.stop.asked()
+                && let Some(better) = signals::again(request, &chosen, &ladder, logs)?
+            {
                 say(&format!("again with positions filtered at {} Hz", better.settings.position_cutoff_hz));
                 ladder.move_to(request.data(&better, better.runs.clone())?)?;
                 chosen = better;
@@ -267,6 +285,9 @@ pub(super) fn search(ladder: &mut Ladder, seed: u64, say: &mut dyn FnMut(&str)) 
             break;
         }
     }
+    if ladder.limits.stop.asked() {
+        return Ok(());
+    }
     ladder.calibrate(seed, say);
     if ladder.gates.range().1 > ladder.limits.least_z {
         ladder.look_back(say)?;
@@ -285,34 +306,48 @@ fn smoother(request: &Request<'_>, chosen: &Chosen, logs: &[Log]) -> Result<Data
 }
 
 pub(super) fn start(
-    mut data: Data,
+    data: Data,
     request: &Request<'_>,
     chosen: &Chosen,
     say: &mut dyn FnMut(&str),
 ) -> Result<Ladder> {
-    let effects = request.effects(chosen)?;
+    let mut ladder = request.bare(data, chosen)?;
+    ladder.candidates = candidates::catalogue(&ladder.data, &ladder.parts.widths, &request.extra)?;
+    say("computing the catalogue");
+    ladder.refresh_torque()?;
+    candidates::fill(&mut ladder.candidates, &ladder.data, false);
+    Ok(ladder)
+}
+
+/// The model to start from, fitted, without any candidate.
+pub(super) fn bare(
+    mut data: Data,
+    effects: Vec<Box<dyn Effect>>,
+    chosen: &Chosen,
+    limits: &Limits,
+) -> Result<Ladder> {
     if !effects.iter().any(|e| e.about().name == "rigid_body") {
         return Err(Error::new("the model to start from has no rigid_body effect")
             .help("add {\"rigid_body\": ()} to its effects"));
     }
     if effects.iter().any(|e| e.needs_torque()) {
-        let rigid = crate::model::Model::new(request.robot, vec![Box::new(RigidBody::default())])?;
+        let rigid = crate::model::Model::new(&data.robot, vec![Box::new(RigidBody::default())])?;
         let zero = vec![0.0; rigid.columns.len()];
         refresh_model_torque(&rigid, &zero, &mut data.runs)?;
     }
-    let parts = request.parts(&data, chosen)?;
+    let parts = Parts::new(&data, effects, chosen.widths.clone())?;
     let present = Present::new(&data, parts.columns());
     let response = present.respond(&data, data.tau.clone());
     let in_sample = present.residual_of(&data.tau, &present.fit(&data.tau));
     let floor = Floor::new(&data, &in_sample, chosen.settings.band_hz);
-    let candidates = candidates::catalogue(&data, &parts.widths, &request.extra)?;
+    let gates = super::gates::Gates::new(data.dof(), limits);
     let mut ladder = Ladder {
         data,
         parts,
-        limits: request.limits.clone(),
+        limits: limits.clone(),
         floor,
-        gates: super::gates::Gates::new(request.robot.dof(), &request.limits),
-        candidates,
+        gates,
+        candidates: Vec::new(),
         present,
         response,
         rungs: Vec::new(),
@@ -324,9 +359,6 @@ pub(super) fn start(
         ranking: Vec::new(),
     };
     ladder.refit()?;
-    say("computing the catalogue");
-    ladder.refresh_torque()?;
-    candidates::fill(&mut ladder.candidates, &ladder.data, false);
     Ok(ladder)
 }
 

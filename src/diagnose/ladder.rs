@@ -228,7 +228,7 @@ impl Ladder {
     }
 
     /// Scores everything that is not yet part of the model, best first.
-    fn scan(&self) -> Vec<Scored> {
+    pub(super) fn scan(&self) -> Vec<Scored> {
         let mut all: Vec<Scored> = self
             .projections()
             .par_iter()
@@ -258,7 +258,7 @@ impl Ladder {
 
     /// Adds what explains most until nothing passes, or the limit of steps is reached.
     pub fn climb(&mut self, say: &mut dyn FnMut(&str)) -> Result<()> {
-        while self.rungs.len() < self.limits.steps {
+        while self.rungs.len() < self.limits.steps && !self.limits.stop.asked() {
             self.refresh_candidates()?;
             let scored = self.scan();
             self.note_ranking(&scored);
@@ -270,8 +270,8 @@ impl Ladder {
                     && self.beyond_reversals(candidate, &s.score)
             };
             let passing: Vec<&Scored> = scored.iter().filter(passes).collect();
-            let best = self.one_for_all(&passing).or(passing.first().copied());
-            let chosen = best.map(|best| self.simplest_tie(best, &passing));
+            let simplest = || passing.first().map(|best| self.simplest_tie(best, &passing));
+            let chosen = self.one_for_all(&passing).or_else(simplest);
             // Plain friction first: while that is missing, everything else looks strange.
             let plain = passing.iter().any(|s| self.candidates[s.candidate].order <= PLAIN);
             if !plain

@@ -12,7 +12,8 @@ impl Ladder {
     /// Drops effects that have become needless since others came in; answers whether there were any.
     pub fn look_back(&mut self, say: &mut dyn FnMut(&str)) -> Result<bool> {
         let mut dropped = false;
-        while let Some(rung) = self.weakest()? {
+        while !self.limits.stop.asked() {
+            let Some(rung) = self.weakest()? else { break };
             let part = self.rungs.remove(rung).part;
             say(&format!("no longer needed: {}", self.parts.title(part, &self.data.robot)));
             self.dropped.push(self.parts.get(part).identity.clone());
@@ -48,7 +49,12 @@ impl Ladder {
         for candidate in 0..self.candidates.len() {
             let whole = &self.candidates[candidate];
             let open = whole.joint.is_none() && whole.identity.joint.is_none() && !whole.columns.is_empty();
-            if self.rungs.len() < 2 || !open || self.parts.has(whole) || self.is_refused(whole) {
+            if self.limits.stop.asked()
+                || self.rungs.len() < 2
+                || !open
+                || self.parts.has(whole)
+                || self.is_refused(whole)
+            {
                 continue;
             }
             if let Some(better) = self.with_cause(candidate)? {

@@ -25,6 +25,7 @@ mod data;
 mod doubts;
 mod entry;
 mod events;
+mod fitting;
 mod floor;
 mod gates;
 mod ladder;
@@ -41,6 +42,7 @@ mod regions;
 mod score;
 mod sharpness;
 mod signals;
+mod stop;
 mod telling;
 mod unknown;
 mod unseen;
@@ -51,6 +53,8 @@ pub use answer::{
 };
 pub use closing::Proposed;
 pub use entry::{Outcome, Request, Start, diagnose};
+pub use fitting::{Fitted, Fitting, JointFit};
+pub use stop::Stop;
 pub use unseen::unseen_error;
 
 /// When something is believed.
@@ -81,23 +85,26 @@ pub struct Limits {
     pub formula: (f64, f64),
     /// A variable without a formula needs this z and this part of its joint's held-out squared error.
     pub variable: (f64, f64),
+    /// When the search ends whatever is left.
+    pub stop: Stop,
 }
 
 impl Default for Limits {
     fn default() -> Self {
         Self {
-            least_z: 5.0,
+            least_z: 5.5,
             least_share: 0.002,
             least_of_joint: 0.05,
             least_usefulness: 0.1,
             z_without_best: 3.0,
             most_in_one_second: 0.6,
             tie_gain: 0.75,
-            most_z: 5.3,
+            most_z: 6.2,
             sign_flips: 40,
             steps: 40,
             formula: (6.0, 0.20),
             variable: (7.5, 0.25),
+            stop: Stop::default(),
         }
     }
 }

@@ -38,6 +38,23 @@ pub(super) fn of(ladder: &Ladder, base: &Base, climb: Vec<Step>) -> Pictures {
     }
 }
 
+/// The fitted logs with the model at hand alone.
+pub(super) fn of_one(ladder: &Ladder) -> Pictures {
+    let data = &ladder.data;
+    let mut traces = fitted_logs(data);
+    let model = modelled(data, &ladder.response.residual);
+    for (trace, range) in traces.iter_mut().zip(data.run_ranges()) {
+        trace.add_model(model.iter().map(|rows| rows[range.clone()].to_vec()).collect());
+    }
+    Pictures {
+        joints: JointUnits::of(&data.robot),
+        models: vec![Compared { label: "model".to_string(), held_out: true }],
+        effects: effects(ladder, &traces),
+        traces,
+        ..Pictures::default()
+    }
+}
+
 fn fitted_logs(data: &Data) -> Vec<Trace> {
     let role = |changed: &bool| if *changed { Role::Fitted } else { Role::Reference };
     data.runs.iter().zip(&data.changed).map(|(run, changed)| Trace::of(run, role(changed))).collect()
@@ -90,6 +107,12 @@ fn torque(data: &Data, columns: &[Arc<Column>], values: &[f64]) -> Vec<Vec<f64>>
 }
 
 impl Ladder {
+    /// Scores every candidate once, for the ranking alone.
+    pub(super) fn rank(&mut self) {
+        let scored = self.scan();
+        self.note_ranking(&scored);
+    }
+
     /// Notes what every candidate would bring beside the model at hand, for the picture of the ranking.
     pub(super) fn note_ranking(&mut self, scored: &[Scored]) {
         if !self.ranking.is_empty() {

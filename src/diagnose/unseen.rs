@@ -78,7 +78,7 @@ pub fn unseen_error(request: &Request<'_>) -> Result<Vec<f64>> {
 }
 
 /// Runs of the logs to validate; joints whose torque the data do not have count as measured zero.
-fn unseen_runs(data: &Data, logs: &[Log], chosen: &Chosen) -> Result<Vec<Run>> {
+pub(super) fn unseen_runs(data: &Data, logs: &[Log], chosen: &Chosen) -> Result<Vec<Run>> {
     let run = |log: &Log| -> Result<Run> {
         let mut run = prepare(log, &chosen.settings)?.0;
         for (tau, _) in run.tau.iter_mut().zip(&data.silent).filter(|(_, silent)| **silent) {

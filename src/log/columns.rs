@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::Result;
 use crate::text;
-use crate::text::names::list;
 
 /// The maps that ship with the program, by name.
 const READY: [(&str, &str); 3] = [
@@ -87,7 +86,8 @@ impl ColumnMap {
         if let Some((_, text)) = ready {
             return Self::parse(text).map_err(|e| e.in_file(path));
         }
-        let ready = format!("name a file, or a ready map: {}", list(Self::ready()));
+        let name = path.display().to_string();
+        let ready = format!("name a file, or a ready map; {}", text::suggestion(&name, Self::ready()));
         let text = text::read(path).map_err(|e| if path.exists() { e } else { e.help(ready) })?;
         Self::parse(&text).map_err(|e| e.in_file(path))
     }

@@ -1,14 +1,18 @@
 //! A diagnosis for people: tables of at most 80 columns.
 
-use crate::diagnose::{Diagnosis, Missing, Parameter, Verdict};
+use crate::diagnose::{Diagnosis, Missing, Parameter, Step, Verdict};
 
-use super::wrap;
+use super::layout::{cut, hanging, wrap};
+
+/// Widest joint name in the table of joints.
+const NAME: usize = 18;
 
 /// The whole answer as text.
 pub fn diagnosis_text(d: &Diagnosis) -> String {
     let mut text = headline(d);
     text += &joints(d);
-    for (title, list) in [("missing", &d.missing), ("small beside it", &d.minor)] {
+    let missing_title = if asked(d).is_empty() { "missing" } else { "still missing" };
+    for (title, list) in [(missing_title, &d.missing), ("small beside it", &d.minor)] {
         if !list.is_empty() {
             text += &format!("\n{title}\n");
             text += &list.iter().map(missing).collect::<String>();
@@ -20,7 +24,7 @@ pub fn diagnosis_text(d: &Diagnosis) -> String {
     text += &nested(d);
     text += &where_it_fails(d);
     text += &also(d);
-    text += &format!("\n{}\n", signals(d));
+    text += &format!("\n{}", signals(d));
     text
 }
 
@@ -38,45 +42,107 @@ pub fn verdict(d: &Diagnosis) -> String {
 }
 
 fn headline(d: &Diagnosis) -> String {
-    let mut text = format!("{}\n", verdict(d));
-    for line in wrap(&d.stop_reason, 78) {
-        text += &format!("  {line}\n");
-    }
+    let asked = asked(d);
+    let mut text = if asked.is_empty() { format!("{}\n", verdict(d)) } else { added(d, &asked) };
+    text += &hanging("  ", &d.stop_reason, 2);
     for u in &d.undecided {
-        for line in wrap(&format!("{}; record {}", u.reason, u.record), 76) {
-            text += &format!("  {line}\n");
-        }
+        text += &hanging("  ", &format!("{}; record {}", u.reason, u.record), 2);
     }
     text
 }
 
+/// The steps of the ladder that somebody asked for; the others are found.
+fn asked(d: &Diagnosis) -> Vec<&Step> {
+    let found = |step: &Step| {
+        let mut all = d.missing.iter().chain(&d.minor).filter(|m| m.effect == step.effect);
+        step.effect == "formula" || all.any(|m| step.joints.iter().all(|j| m.joints.contains(j)))
+    };
+    d.ladder.iter().filter(|step| !found(step)).collect()
+}
+
+/// What was added and what it did; then what is left.
+fn added(d: &Diagnosis, asked: &[&Step]) -> String {
+    let mut text = String::new();
+    let mut before = d.baseline.held_out_relative_error_percent;
+    for step in asked {
+        let after = step.held_out_relative_error_percent;
+        let refused = d.refused.iter().find(|r| r.effect == step.effect && step.joints.is_empty());
+        let title = effect_on(&step.effect, &step.joints);
+        let line = match refused {
+            Some(refused) => format!("not added: {title}: {}", refused.reason),
+            None => format!("added {title}: held-out error {} -> {}", percent(before), percent(after)),
+        };
+        text += &hanging("", &line, 2);
+        before = after;
+    }
+    if let Some(v) = &d.validation {
+        let (before, after) = (v.before_relative_error_percent, v.after_relative_error_percent);
+        text += &format!("  validation log, never fitted: {} -> {}\n", percent(before), percent(after));
+    }
+    let left: Vec<String> = d.missing.iter().map(|m| effect_on(&m.effect, &m.joints)).collect();
+    let unknown = d.unexplained.iter().map(|u| format!("unknown on {}", u.joint));
+    let left: Vec<String> = left.into_iter().chain(unknown).collect();
+    text += &match d.verdict {
+        Verdict::Undecided => format!("{}\n", verdict(d)),
+        _ if left.is_empty() => "nothing else of weight is missing\n".to_string(),
+        _ => hanging("", &format!("still missing: {}", left.join("; ")), 2),
+    };
+    text
+}
+
+/// `friction on joint1, joint2`, or the effect alone where it is the whole robot's.
+fn effect_on(effect: &str, joints: &[String]) -> String {
+    if joints.is_empty() { effect.to_string() } else { format!("{effect} on {}", joints.join(", ")) }
+}
+
+fn percent(x: Option<f64>) -> String {
+    x.map_or("-".to_string(), |p| format!("{p:.3} %"))
+}
+
 fn joints(d: &Diagnosis) -> String {
-    let width = d.joints.iter().map(|j| j.name.len()).max().unwrap_or(0).max(6);
-    let mut text = format!(
-        "\ntorque error, held out [N m or N]: {}\n  {:width$} {:>9} {:>9} {:>9} {:>9} {:>9}\n",
-        d.signals.folds, "", "torque", "model", "of it", "explained", "repeats"
+    let width = d.joints.iter().map(|j| j.name.chars().count()).max().unwrap_or(0).clamp(6, NAME);
+    let added = asked(d).last().copied();
+    let mut text = String::from("\n");
+    text += &hanging("", &format!("torque error, held out [N m or N]: {}", d.signals.folds), 2);
+    let title = |with: &str| if with.is_empty() { String::new() } else { format!(" {with:>9}") };
+    text += &format!(
+        "  {:width$} {:>9} {:>9} {:>9}{} {:>9} {:>9}\n",
+        "",
+        "torque",
+        "model",
+        "of it",
+        title(added.map_or("", |_| "added")),
+        "explained",
+        "repeats"
     );
     for j in &d.joints {
         let percent = j.relative_error_percent.map_or("-".to_string(), |p| format!("{p:.1} %"));
         let floor = j.repeat_floor_rms.map_or("-".to_string(), |f| format!("{f:.4}"));
-        let flag = if j.worse_than_constant { "  worse than a constant" } else { "" };
+        let flag = if j.worse_than_constant { "*" } else { " " };
+        let with = added.and_then(|step| step.rms.get(&j.name)).map(|rms| format!("{rms:.4}"));
         text += &format!(
-            "  {:width$} {:9.3} {:9.4} {percent:>9} {:9.4} {floor:>9}{flag}\n",
-            j.name, j.torque_rms, j.held_out_rms, j.held_out_rms_after
+            "{flag} {:width$} {:9.3} {:9.4} {percent:>9}{} {:9.4} {floor:>9}\n",
+            cut(&j.name, width),
+            j.torque_rms,
+            j.held_out_rms,
+            title(&with.unwrap_or_default()),
+            j.held_out_rms_after
         );
     }
-    let pooled = d.baseline.held_out_relative_error_percent.map_or("-".to_string(), |p| format!("{p:.3} %"));
-    let how = if d.baseline.fitted { "" } else { ", with the numbers of the robot file, nothing fitted" };
-    for line in wrap(&format!("pooled {pooled} with {}{how}", d.baseline.effects.join(" + ")), 76) {
-        text += &format!("  {line}\n");
+    if d.joints.iter().any(|j| j.worse_than_constant) {
+        text += "* the model is worse than a constant\n";
     }
+    let pooled = percent(d.baseline.held_out_relative_error_percent);
+    let how = if d.baseline.fitted { "" } else { ", with the numbers of the robot file, nothing fitted" };
+    text += &hanging("  ", &format!("pooled {pooled} with {}{how}", d.baseline.effects.join(" + ")), 2);
     text
 }
 
 fn missing(m: &Missing) -> String {
     let joints = if m.joints.is_empty() { "the whole robot".to_string() } else { m.joints.join(", ") };
-    let mut text = format!("  {} on {joints}   z {:.1}, gain {:.1} %\n", m.effect, m.z, m.gain_percent);
-    text += &format!("      {}\n", m.equation);
+    let title = format!("{} on {joints}   z {:.1}, gain {:.1} %", m.effect, m.z, m.gain_percent);
+    let mut text = spaced(&title);
+    text += &hanging("      ", &m.equation, 8);
     for p in &m.parameters {
         text += &format!("      {}\n", number(p));
     }
@@ -84,12 +150,17 @@ fn missing(m: &Missing) -> String {
         text += &format!("      {joint}: {before:.4} -> {after:.4} held out\n");
     }
     if !m.also_possible.is_empty() {
-        text += &format!("      also possible: {}\n", m.also_possible.join(", "));
+        text += &hanging("      ", &format!("also possible: {}", m.also_possible.join(", ")), 8);
     }
     if let Some(remainder) = &m.remainder {
-        text += &format!("      left: {remainder}\n");
+        text += &hanging("      ", &format!("left: {remainder}"), 8);
     }
     text
+}
+
+/// A title with its figures behind three blanks, or on the next line where both are too long for one.
+fn spaced(title: &str) -> String {
+    if title.chars().count() <= 78 { format!("  {title}\n") } else { hanging("  ", title, 6) }
 }
 
 fn number(p: &Parameter) -> String {
@@ -100,22 +171,20 @@ fn number(p: &Parameter) -> String {
 fn unexplained(d: &Diagnosis) -> String {
     let mut text = String::new();
     for u in &d.unexplained {
-        text += &format!(
-            "\nunknown on {}, depends on {}   z {:.1}, {:.0} % of the joint's error\n",
-            u.joint,
-            u.depends_on.join(", "),
-            u.z,
-            u.gain_percent
-        );
+        let (joint, on) = (&u.joint, u.depends_on.join(", "));
+        let part = format!("z {:.1}, {:.0} % of the joint's error", u.z, u.gain_percent);
+        let title = format!("unknown on {joint}, depends on {on}   {part}");
+        text.push('\n');
+        text += &if title.chars().count() <= 80 { title + "\n" } else { hanging("", &title, 4) };
         if let Some(formula) = &u.formula {
-            text += &format!("      a shape that fits: {formula}\n");
+            text += &hanging("      ", &format!("a shape that fits: {formula}"), 8);
             text += &match &u.script {
-                Some(file) => format!("      written as an effect script: {file}\n"),
+                Some(file) => hanging("      ", &format!("written as an effect script: {file}"), 8),
                 None => "      --out DIR writes it as an effect script, ready for --add\n".to_string(),
             };
         }
         if let Some(nearest) = &u.nearest {
-            text += &format!("      nearest known effect: {nearest}\n");
+            text += &hanging("      ", &format!("nearest known effect: {nearest}"), 8);
         }
     }
     text
@@ -126,24 +195,25 @@ fn ladder(d: &Diagnosis) -> String {
         return String::new();
     }
     let mut text = String::from("\nladder, pooled held-out error\n");
-    let percent = |p: Option<f64>| p.map_or("-".to_string(), |p| format!("{p:.3} %"));
     text += &format!("  {:>9}  start\n", percent(d.baseline.held_out_relative_error_percent));
     for step in &d.ladder {
-        let joints = step.joints.join(", ");
-        text +=
-            &format!("  {:>9}  + {} {joints}\n", percent(step.held_out_relative_error_percent), step.effect);
+        let lead = format!("  {:>9}  + ", percent(step.held_out_relative_error_percent));
+        text += &hanging(&lead, &effect_on(&step.effect, &step.joints), 15);
     }
     text
 }
 
 fn validation(d: &Diagnosis) -> String {
     let Some(v) = &d.validation else { return String::new() };
-    let percent = |p: Option<f64>| p.map_or("-".to_string(), |p| format!("{p:.3} %"));
     let mut text = format!(
         "\nvalidation log, never fitted: {} -> {}{}\n",
         percent(v.before_relative_error_percent),
         percent(v.after_relative_error_percent),
-        if d.ladder.is_empty() { " with all of this added" } else { "" }
+        match (d.ladder.is_empty(), asked(d).len() == d.ladder.len()) {
+            (true, _) => " with all of this added",
+            (false, true) => " with what was asked for",
+            (false, false) => "",
+        }
     );
     for (joint, [before, after]) in &v.rms {
         text += &format!("      {joint}: {before:.4} -> {after:.4}\n");
@@ -153,7 +223,6 @@ fn validation(d: &Diagnosis) -> String {
 
 fn nested(d: &Diagnosis) -> String {
     let Some(n) = &d.nested else { return String::new() };
-    let percent = |p: Option<f64>| p.map_or("-".to_string(), |p| format!("{p:.3} %"));
     let mut text = format!(
         "\neffects chosen before {} s, scored on the rest: {} -> {}\n",
         n.until_s,
@@ -173,8 +242,13 @@ fn where_it_fails(d: &Diagnosis) -> String {
     let mut text = String::from("\nwhere the starting model fails (rms held out)\n");
     for r in d.regions.iter().take(8) {
         text += &format!(
-            "  {:12} {:>8} in {:9.3} .. {:9.3}  rms {:8.4}  z {:5.1}\n",
-            r.joint, r.variable, r.from, r.to, r.rms, r.z
+            "  {:12} {:>10} in {:9.3} .. {:9.3}  rms {:8.4}  z {:5.1}\n",
+            cut(&r.joint, 12),
+            cut(&r.variable, 10),
+            r.from,
+            r.to,
+            r.rms,
+            r.z
         );
     }
     text
@@ -184,10 +258,12 @@ fn also(d: &Diagnosis) -> String {
     let mut text = String::new();
     for r in &d.refused {
         let joints = if r.joints.is_empty() { "the robot".to_string() } else { r.joints.join(", ") };
-        text += &format!("\nfits but refused: {} on {joints}: {}\n", r.effect, r.reason);
+        text.push('\n');
+        text += &hanging("", &format!("fits but refused: {} on {joints}: {}", r.effect, r.reason), 6);
     }
     for i in &d.inseparable {
-        text += &format!("\ncannot be told apart: {}\n", i.effects.join(" and "));
+        text.push('\n');
+        text += &hanging("", &format!("cannot be told apart: {}", i.effects.join(" and ")), 6);
         for line in wrap(&i.separating_motion, 72) {
             text += &format!("      {line}\n");
         }
@@ -198,12 +274,13 @@ fn also(d: &Diagnosis) -> String {
 fn signals(d: &Diagnosis) -> String {
     let s = &d.signals;
     let hz = |x: Option<f64>| x.map_or("-".to_string(), |x| format!("{x}"));
-    format!(
+    let line = format!(
         "signals: band {} Hz, velocity {}, motion {} Hz, signs {} Hz, {} rows",
         s.band_hz,
         s.source_of_velocity,
         hz(s.position_cutoff_hz),
         hz(s.friction_cutoff_hz),
         s.rows_used
-    )
+    );
+    hanging("", &line, 9)
 }

@@ -1,13 +1,16 @@
 //! Results as plain data, in the layout of `report.json`; and as text for people.
 
 mod diagnosis_text;
+mod layout;
 pub mod page;
 pub mod pictures;
 mod retrieval_text;
 mod text;
 
 pub use diagnosis_text::{diagnosis_text, verdict};
-pub use text::{render, wrap};
+pub use layout::{command, cut, hanging, wrap};
+pub use retrieval_text::whose;
+pub use text::render;
 
 use std::collections::BTreeMap;
 

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::{Chosen, Comparison, Interval, Report, Retrieval, wrap};
+use super::layout::{cut, wrap};
+use super::{Chosen, Comparison, Interval, Report, Retrieval};
 
 /// Active constraints that are listed per engine.
 const LISTED: usize = 8;
@@ -38,6 +39,28 @@ pub(super) fn retrieved(text: &mut String, report: &Report) {
         let labels: Vec<&str> = all.iter().map(|r| r.label.as_str()).collect();
         errors(text, comparison, &labels);
         wrenches(text, comparison, &labels);
+    }
+}
+
+/// Whose parameters the finished model has, and why those.
+pub fn whose(report: &Report) -> String {
+    let Some(engines) = &report.retrievals else { return "identified coefficients".to_string() };
+    if let Some(chosen) = &report.chosen {
+        return format!("link parameters by choice: {}", chosen.rule);
+    }
+    let feasible: Vec<&Retrieval> = engines.iter().filter(|r| r.feasible).collect();
+    let best = feasible.iter().min_by(|a, b| a.objective.total_cmp(&b.objective));
+    match (best, feasible.len()) {
+        (None, _) if report.conflict.is_some() => {
+            "identified coefficients: the constraints contradict each other".to_string()
+        }
+        (None, _) => "identified coefficients: no engine found feasible link parameters".to_string(),
+        (Some(best), 1) if engines.len() == 1 => format!("link parameters of `{}`", best.label),
+        (Some(best), 1) => format!("link parameters of `{}`: the only ones that are feasible", best.label),
+        (Some(best), count) => format!(
+            "link parameters of `{}`: the smallest objective of {count} engines that found feasible ones",
+            best.label
+        ),
     }
 }
 
@@ -100,7 +123,7 @@ fn links(text: &mut String, all: &[&Retrieval]) {
     let Some(first) = all.first() else { return };
     text.push_str("\n  mass [kg], centre of mass [mm], inertia about it [1e-3 kg m^2]\n");
     for (i, link) in first.links.iter().enumerate() {
-        let _ = write!(text, "  {:8.8}", link.name);
+        let _ = write!(text, "  {:8}", cut(&link.name, 8));
         for name in ["m", "cx", "cy", "cz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"] {
             let _ = write!(text, "{name:>7}");
         }
@@ -205,7 +228,7 @@ fn by_joint(
     for labels in labels.chunks(((80 - 2 - width) / (WIDEST + 1)).max(1)) {
         let mut line = |name: &str, value: &dyn Fn(&str) -> String| {
             let cells: String = labels.iter().map(|l| format!(" {:>WIDEST$.WIDEST$}", value(l))).collect();
-            let _ = writeln!(text, "  {name:width$.width$}{cells}");
+            let _ = writeln!(text, "  {:width$}{cells}", cut(name, width));
         };
         line("joint", &str::to_string);
         joints.iter().for_each(|joint| line(joint, &|label| written(cell(label, joint), decimals)));

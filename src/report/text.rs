@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::layout::{cut, hanging, wrap};
 use super::retrieval_text::retrieved;
 use super::{Coefficient, FrictionResult, Identification, JointError, Report, Validation};
 
@@ -57,7 +58,8 @@ fn identified(text: &mut String, id: &Identification) {
     let _ = write!(text, "  relative error {} in sample", percent(id.relative_error_percent));
     match (id.held_out_relative_error_percent, &id.split) {
         (Some(error), Some(split)) => {
-            let _ = writeln!(text, ", {} held out\n  ({split})", percent(error));
+            let _ = writeln!(text, ", {} held out", percent(error));
+            *text += &hanging("  ", &format!("({split})"), 3);
         }
         _ => text.push('\n'),
     }
@@ -83,36 +85,42 @@ fn joints(text: &mut String, joints: &[JointError]) {
         let _ = writeln!(
             text,
             "  {:width$}  {:>10.3}  {:>10.4}  {:>9}  {:>9}{}",
-            j.name,
+            cut(&j.name, width),
             j.torque_rms,
             j.rms,
             optional(j.relative_error_percent),
             optional(j.held_out_relative_error_percent),
-            if j.worse_than_constant { "  worse than a constant" } else { "" }
+            if j.worse_than_constant { " *" } else { "" }
         );
     }
+    worse(text, joints);
     text.push('\n');
 }
 
+/// What a star behind a joint means, where one has it.
+fn worse(text: &mut String, joints: &[JointError]) {
+    if joints.iter().any(|j| j.worse_than_constant) {
+        text.push_str("  * worse than a constant\n");
+    }
+}
+
 fn validated(text: &mut String, validation: &Validation) {
-    let _ = writeln!(
-        text,
-        "\n  predicted, never fitted: {}, {} pooled",
-        validation.data,
-        percent(validation.relative_error_percent)
-    );
+    let (data, error) = (&validation.data, percent(validation.relative_error_percent));
+    text.push('\n');
+    *text += &hanging("  ", &format!("predicted, never fitted: {data}, {error} pooled"), 4);
     let width = name_width(&validation.joints);
     for j in &validation.joints {
         let _ = writeln!(
             text,
             "  {:width$}  {:>10.3}  {:>10.4}  {:>9}{}",
-            j.name,
+            cut(&j.name, width),
             j.torque_rms,
             j.rms,
             optional(j.relative_error_percent),
-            if j.worse_than_constant { "  worse than a constant" } else { "" }
+            if j.worse_than_constant { " *" } else { "" }
         );
     }
+    worse(text, &validation.joints);
 }
 
 fn name_width(joints: &[JointError]) -> usize {
@@ -123,7 +131,8 @@ fn name_width(joints: &[JointError]) -> usize {
 fn published(text: &mut String, coefficients: &[Coefficient]) {
     let pairs = coefficients.iter().filter_map(|c| Some((c, (c.value? - c.published?).abs())));
     let Some((worst, distance)) = pairs.max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
-    let _ = writeln!(text, "  largest distance to a published coefficient {distance:.1e} ({})", worst.symbol);
+    let line = format!("largest distance to a published coefficient {distance:.1e} ({})", worst.symbol);
+    *text += &hanging("  ", &line, 4);
 }
 
 /// The coefficients that are known least, and what was dropped.
@@ -138,13 +147,13 @@ fn uncertain(text: &mut String, id: &Identification) {
         let dropped = if c.kept { "" } else { "  dropped" };
         let value = c.value.unwrap_or(f64::NAN);
         let deviation = sd(c).unwrap_or(f64::NAN);
-        let name: String = c.expression.chars().take(40).collect();
+        let name: String = c.expression.chars().take(40 - dropped.len()).collect();
         let _ = writeln!(text, "    {value:>11.4e} {:<8} {deviation:>8.1} %  {name}{dropped}", c.unit);
     }
     if let Some(counts) = &id.dropped_over_draws {
         let _ = writeln!(text, "  above {} % in {} draws of the noise:", counts.above_percent, counts.draws);
         for (expression, count) in &counts.dropped {
-            let _ = writeln!(text, "    {count:>4} times  {expression}");
+            *text += &hanging(&format!("    {count:>4} times  "), expression, 17);
         }
     }
 }
@@ -159,7 +168,12 @@ fn friction(text: &mut String, results: &[FrictionResult]) {
         let _ = writeln!(
             text,
             "  {:<12} {:>9.4} {:>10.3} {:>9.4}   {:.3} -> {:.3}",
-            r.joint, p[0], p[1], p[2], r.rms[0], r.rms[1]
+            cut(&r.joint, 12),
+            p[0],
+            p[1],
+            p[2],
+            r.rms[0],
+            r.rms[1]
         );
     }
 }
@@ -170,22 +184,4 @@ fn percent(x: f64) -> String {
 
 fn optional(x: Option<f64>) -> String {
     x.map_or_else(|| "-".to_string(), |x| format!("{x:.2} %"))
-}
-
-/// Words on lines of at most `width` characters; the indentation of the text is kept.
-pub fn wrap(text: &str, width: usize) -> Vec<String> {
-    let indent: String = text.chars().take_while(|c| *c == ' ').collect();
-    let mut lines = vec![indent.clone()];
-    for word in text.split_whitespace() {
-        let Some(last) = lines.last_mut() else { break };
-        if last.trim().is_empty() {
-            last.push_str(word);
-        } else if last.chars().count() + 1 + word.chars().count() <= width {
-            last.push(' ');
-            last.push_str(word);
-        } else {
-            lines.push(format!("{indent}{word}"));
-        }
-    }
-    lines
 }

@@ -97,10 +97,8 @@ pub const CATALOGUE: [EngineAbout; 4] = [
 pub fn engine(name: &str) -> Result<Box<dyn RetrievalEngine>> {
     let known = CATALOGUE.iter().any(|about| about.name == name);
     if !known {
-        let names: Vec<&str> = CATALOGUE.iter().map(|about| about.name).collect();
-        return Err(
-            Error::new(format!("no engine called `{name}`")).help(format!("known are {}", names.join(", ")))
-        );
+        let known = CATALOGUE.iter().map(|about| about.name);
+        return Err(Error::new(format!("no engine called `{name}`")).help(text::suggestion(name, known)));
     }
     text::from_ron(&format!("{{\"{name}\": ()}}"))
 }

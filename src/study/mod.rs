@@ -225,13 +225,6 @@ impl Study<'_> {
             self.warn(format!("{}: {line}{}", self.scenario.robot.display(), remark.text));
         }
     }
-
-    /// A file that the scenario names: beside the scenario, or in the folder that `LACUNA_DATA` names.
-    fn find(&self, file: &Path) -> Option<PathBuf> {
-        let beside = self.folder.join(file);
-        let in_data = || std::env::var_os("LACUNA_DATA").map(|d| Path::new(&d).join(file));
-        [Some(beside), in_data()].into_iter().flatten().find(|p| p.is_file())
-    }
 }
 
 /// Published coefficients in a file that a scenario names, and their values in the order of `base`.

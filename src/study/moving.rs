@@ -14,7 +14,7 @@ use crate::model_file::ModelFile;
 use crate::plant::Plant;
 use crate::predict::{predict, prediction_errors};
 use crate::report::{Coefficient, Identification, Validation, finite, joint_errors};
-use crate::scenario::{Logs, Simulated};
+use crate::scenario::{Logs, Simulated, find_log};
 use crate::signals::{Run, prepare};
 use crate::simulate;
 
@@ -106,13 +106,9 @@ impl Study<'_> {
                     let fitted: Vec<Log> = self.data.iter().map(|p| open(p)).collect::<Result<_>>()?;
                     return Ok(Some((fitted, Vec::new())));
                 }
+                let found = |file: &PathBuf| find_log(&self.folder, file, missing.as_deref());
                 let all = |files: &[PathBuf]| -> Result<Vec<Log>> {
-                    files
-                        .iter()
-                        .map(|file| {
-                            open(&self.find(file).ok_or_else(|| not_there(file, missing.as_deref()))?)
-                        })
-                        .collect()
+                    files.iter().map(|file| open(&found(file)?)).collect()
                 };
                 Ok(Some((all(fit)?, all(validate)?)))
             }
@@ -210,13 +206,6 @@ fn validate(model: &Model, fit: &Fit, held: &[Run]) -> Result<Vec<Validation>> {
         })
     };
     held.iter().map(one).collect()
-}
-
-fn not_there(file: &Path, missing: Option<&str>) -> Error {
-    let otherwise =
-        "put it beside the scenario, or into the folder that LACUNA_DATA names, or give --data LOG.csv";
-    let help = missing.map_or_else(|| otherwise.to_string(), |m| format!("{m}\n  {otherwise}"));
-    Error::new(format!("there is no log `{}`", file.display())).help(help)
 }
 
 fn coefficients(model: &Model, fit: &Fit, drop_above_percent: Option<f64>) -> Vec<Coefficient> {

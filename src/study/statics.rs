@@ -1,7 +1,7 @@
 //! Identification from static poses.
 
 use crate::effects::RigidBody;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::excitation::random_configurations;
 use crate::identify::{BaseParameters, StaticFit, parameter_name, relative_deviations};
 use crate::kernels::{Chain, static_regressor};
@@ -12,7 +12,7 @@ use crate::model_file::ModelFile;
 use crate::random::Stream;
 use crate::report::{Coefficient, DropCounts, Identification, finite};
 use crate::robot::PARAMETER_UNITS;
-use crate::scenario::{Poses, Published};
+use crate::scenario::{Poses, Published, find_poses};
 
 use super::{Study, published, too_few_rows};
 
@@ -35,11 +35,7 @@ impl Study<'_> {
         let (poses, published, noise, read_from) = match &self.scenario.poses {
             None => return Ok(None),
             Some(Poses::File(file)) => {
-                let file = file.clone();
-                let path = self.find(&file).ok_or_else(|| {
-                    Error::new(format!("there is no file of static poses `{}`", file.display()))
-                        .help("put it beside the scenario, or into the folder that LACUNA_DATA names")
-                })?;
+                let path = find_poses(&self.folder, file)?;
                 (StaticPoses::open(&path, &self.robot)?, None, None, Some(path))
             }
             Some(Poses::ReadOut { coefficients, count, noise_percent }) => {

@@ -16,6 +16,14 @@ pub(crate) fn nearest<'a>(wanted: &str, known: impl IntoIterator<Item = &'a str>
     similar.map(|(_, name)| name).or_else(cut)
 }
 
+/// What to say of a name that is not known: the nearest one, where one is near enough to be meant, and all that are.
+pub fn suggestion<'a>(wanted: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    let known: Vec<&str> = known.into_iter().collect();
+    let meant = nearest(wanted, known.iter().copied());
+    let meant = meant.map_or_else(String::new, |near| format!("did you mean `{near}`? "));
+    format!("{meant}known are {}", list(known))
+}
+
 /// Levenshtein distance in characters.
 fn distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
@@ -72,6 +80,12 @@ mod tests {
         assert_eq!(nearest("band", ["mode", "band_hz"]), Some("band_hz"));
         assert_eq!(nearest("minimum", ["max", "min"]), Some("min"));
         assert_eq!(nearest("q", ["q_d"]), None);
+    }
+
+    #[test]
+    fn a_suggestion_names_the_nearest_first_and_then_all() {
+        assert_eq!(suggestion("lmy", ["penalty", "lmi"]), "did you mean `lmi`? known are penalty, lmi");
+        assert_eq!(suggestion("magic", ["penalty", "lmi"]), "known are penalty, lmi");
     }
 
     #[test]

@@ -1,14 +1,16 @@
 // What the tests share: the browser of the system, reports made by the command, a server for modules.
 
-import { execFileSync } from "node:child_process";
+import { execFileSync, spawn } from "node:child_process";
 import { existsSync, mkdirSync, mkdtempSync, readFileSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
+import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { extname, join, resolve } from "node:path";
+import { createInterface } from "node:readline";
 import { chromium } from "playwright-core";
 
 export const root = resolve(import.meta.dirname, "../..");
-const binary = process.env.LACUNA ?? join(root, "target/release/lacuna");
+export const binary = process.env.LACUNA ?? join(root, "target/release/lacuna");
 
 /** Where Debian and others put it. */
 export const executable = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"]
@@ -78,4 +80,57 @@ export async function serve(html) {
   });
   await new Promise((ready) => server.listen(0, "127.0.0.1", ready));
   return { address: `http://127.0.0.1:${server.address().port}/`, close: () => server.close() };
+}
+
+/** A fresh folder. */
+export const folder = () => mkdtempSync(join(tmpdir(), "lacuna-bench-"));
+
+/** Starts a workbench and waits for the address it prints; `out` is the study's folder. */
+export async function workbench(args, out = join(folder(), "study")) {
+  const resumed = args.includes("--resume");
+  const child = spawn(binary, ["workbench", ...args, ...(resumed ? [] : ["--out", out])], { cwd: root, stdio: ["ignore", "pipe", "pipe"] });
+  let said = "";
+  child.stderr.on("data", (text) => { said += text; });
+  const ended = new Promise((done) => { child.on("exit", done); });
+  const address = await new Promise((found, failed) => {
+    createInterface({ input: child.stdout }).on("line", (line) => {
+      const match = /http:\/\/\S+/.exec(line);
+      if (match) found(match[0]);
+    });
+    ended.then((code) => failed(new Error(`the workbench ended with ${code}: ${said}`)));
+  });
+  const end = async (signal) => {
+    child.kill(signal);
+    await ended;
+  };
+  return { address, origin: new URL(address).origin, out, pid: child.pid, stop: () => end("SIGINT"), kill: () => end("SIGKILL") };
+}
+
+/** Opens a workbench; afterwards `seen.troubles` holds whatever went wrong in the page. */
+export async function enter(browser, bench, options = {}) {
+  return open(browser, bench.address, { acceptDownloads: true, ...options });
+}
+
+/** What the study is like. */
+export const studyOf = (page) => page.evaluate(() => fetch("/api/state").then((r) => r.json()));
+
+/** Waits until the study is as `so` says. */
+export async function until(page, so, milliseconds = 120_000) {
+  const end = Date.now() + milliseconds;
+  for (;;) {
+    const state = await studyOf(page);
+    if (so(state)) return state;
+    if (Date.now() > end) throw new Error(`still waiting; job ${JSON.stringify(state.job)}, trouble ${JSON.stringify(state.trouble)}, for ${so}`);
+    await page.waitForTimeout(200);
+  }
+}
+
+const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+
+/** Serious findings of the accessibility checker. The page's own policy allows no foreign script: it comes in through the debugger. */
+export async function serious(page) {
+  await page.evaluate(axe);
+  const found = await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
+  return found.violations.filter((v) => ["serious", "critical"].includes(v.impact))
+    .map((v) => `${v.id}: ${v.nodes.slice(0, 3).map((n) => n.html.slice(0, 120)).join(" | ")}`);
 }

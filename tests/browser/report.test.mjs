@@ -1,13 +1,11 @@
 // The report in a browser: nothing fetched, nothing broken, everything reachable.
 
 import assert from "node:assert/strict";
-import { readFileSync, statSync } from "node:fs";
-import { createRequire } from "node:module";
+import { statSync } from "node:fs";
 import { after, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
-import { HOSTILE, hostile, launch, mystery, open, study } from "./browser.mjs";
+import { HOSTILE, hostile, launch, mystery, open, serious, study } from "./browser.mjs";
 
-const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 let browser;
 before(async () => { browser = await launch(); });
 after(() => browser.close());
@@ -23,14 +21,6 @@ async function unharmed({ page, seen }, address) {
   });
   assert.deepEqual(seen.troubles, []);
   assert.deepEqual(seen.requests, [address], "the page asked for something");
-}
-
-async function serious(page) {
-  // The page's own policy allows no foreign script; the checker comes in through the debugger.
-  await page.evaluate(axe);
-  const found = await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
-  return found.violations.filter((v) => ["serious", "critical"].includes(v.impact))
-    .map((v) => `${v.id}: ${v.nodes.slice(0, 3).map((n) => n.html.slice(0, 120)).join(" | ")}`);
 }
 
 for (const [name, address] of [["diagnosis", mystery], ["study", study]]) {

@@ -114,6 +114,18 @@ fn without_gravity(robot: &Robot, log: &Log) -> Result<Log> {
     Ok(log)
 }
 
+/// Torque and axis of every joint are turned; of the three that velocity and position settle between them without
+/// a model, each joint has another one.
+fn is_tried(m: &Mistake, j: usize) -> bool {
+    match m.name.as_str() {
+        name if name.ends_with("and dq") => j.is_multiple_of(3),
+        name if name.starts_with('q') => j % 3 == 1,
+        name if name.starts_with("dq") => j % 3 == 2,
+        // A turned axis of the last, light joint is beyond these data, and said so below.
+        _ => j < 6 || m.kind != "joint_sign",
+    }
+}
+
 /// The one defect that must be found, and nothing else.
 fn named(robot: &Robot, m: &Mistake) -> Result<Findings> {
     let found = log_against_robot(robot, &m.log, None)?;
@@ -143,8 +155,7 @@ fn units_are_recognised() -> Result<()> {
 fn signs_of_every_joint_are_recognised() -> Result<()> {
     let (robot, log) = panda()?;
     for j in 0..7 {
-        // A turned axis of the last, light joint is beyond these data, and said so below.
-        for m in sign_mistakes(log, j).iter().filter(|m| j < 6 || m.kind != "joint_sign") {
+        for m in sign_mistakes(log, j).iter().filter(|m| is_tried(m, j)) {
             named(&bare(robot), m)?;
         }
     }
@@ -169,9 +180,15 @@ fn what_the_data_cannot_tell_is_said_and_not_guessed() -> Result<()> {
 #[test]
 fn exchanged_joints_are_recognised() -> Result<()> {
     let (robot, log) = panda()?;
-    for (a, b) in [(0, 1), (1, 3), (4, 5), (5, 6)] {
-        for m in order_mistakes(log, a, b) {
-            named(&bare(robot), &m)?;
+    for (k, (a, b)) in [(0, 1), (1, 3), (4, 5), (5, 6)].into_iter().enumerate() {
+        // Positions and velocities that are exchanged disagree whichever joints they are of.
+        let tried = |m: &&Mistake| match m.kind {
+            "position_order" => k.is_multiple_of(2),
+            "velocity_order" => k % 2 == 1,
+            _ => true,
+        };
+        for m in order_mistakes(log, a, b).iter().filter(tried) {
+            named(&bare(robot), m)?;
         }
     }
     let reversed = mistake("reversed", "joint_order", &[], log, |l| {

@@ -25,6 +25,11 @@ export function repaint() {
   for (const surface of surfaces) surface.draw();
 }
 
+/** Gives up every surface that is no longer on the page. */
+export function tidyUp() {
+  for (const surface of surfaces) if (!surface.element.isConnected) surface.remove();
+}
+
 /** A canvas in `element`; `paint(context, width, height)` draws it in CSS pixels. */
 export class Surface {
   #paint;

@@ -42,12 +42,19 @@ function firstLog(p) {
   return Math.max(0, p.traces.findIndex((t) => t.role === "fitted"));
 }
 
-/** Torque of every joint over time, and what is left of it. */
-export function torque(data) {
+/**
+ * Torque of every joint over time, and what is left of it. What the reader has chosen is kept in `state`, so that
+ * other data may be drawn with the same; `state.order` is that of the joints, `state.brush` says that dragging marks a span of `state.axis`.
+ */
+export function torque(data, state = {}) {
   const p = data.pictures;
-  const axis = new TimeAxis(0, 1);
-  const order = worstFirst(data);
-  const state = { trace: 0, shown: new Set(order.slice(0, 2)), plots: [] };
+  const order = state.order ?? worstFirst(data);
+  state.axis ??= new TimeAxis(0, 1);
+  state.shown ??= new Set(order.slice(0, 2));
+  state.plots?.forEach((plot) => plot.remove());
+  state.plots = [];
+  state.unwatch?.();
+  const { axis } = state;
   const list = h("div.joints");
   const where = h("span.span", { "aria-live": "polite" });
   const rebuild = () => {
@@ -59,24 +66,29 @@ export function torque(data) {
   const load = (index) => {
     state.trace = Number(index);
     const t = p.traces[state.trace];
-    axis.renew(t.start_s, t.start_s + t.dt_s * Math.max(t.rows - 1, 1));
+    const domain = [t.start_s, t.start_s + t.dt_s * Math.max(t.rows - 1, 1)];
+    if (axis.domain.some((end, k) => end !== domain[k])) axis.renew(...domain);
     rebuild();
+    state.loaded?.(state.trace);
   };
-  axis.watch(() => {
+  const spanned = () => {
     const [a, b] = axis.view;
     where.textContent = `${num(a, 4)} to ${num(b, 4)} s of ${num(axis.domain[0], 4)} to ${num(axis.domain[1], 4)} s`;
-  });
-  const note = h("span", {}, "All plots share one time axis. Drag to zoom, shift-drag to move, double-click to see all; with a plot in focus the wheel and the keys + − ← → and Home do the same. ",
+  };
+  state.unwatch = axis.watch(spanned);
+  const drag = state.brush ? "Drag to mark a span and read it" : "Drag to zoom";
+  const note = h("span", {}, `All plots share one time axis. ${drag}, shift-drag to move, double-click to see all; with a plot in focus the wheel zooms, and the keys + − ← → and Home do the same. `,
     term("envelope", "Nothing is left out"), ".");
   const result = section("torque", "Torque, measured and modelled", note, legend(p, data.diagnosis?.joints.some((j) => j.repeat_floor_rms !== null)),
-    h("div.tools", {}, traceChoice(p, load), jointChoice(p, state, rebuild), zoomButtons(axis), where), list);
-  load(firstLog(p));
+    h("div.tools", {}, traceChoice(p, state, load), jointChoice(p, state, rebuild), zoomButtons(axis), where), list);
+  load(Math.min(state.trace ?? firstLog(p), p.traces.length - 1));
+  spanned();
   return result;
 }
 
-function traceChoice(p, load) {
+function traceChoice(p, state, load) {
   if (p.traces.length < 2) return h("span.choice", {}, `${p.traces[0].name} (${p.traces[0].role})`);
-  return choice("log", p.traces.map((t, k) => [k, `${t.name} (${t.role})`]), firstLog(p), load);
+  return choice("log", p.traces.map((t, k) => [k, `${t.name} (${t.role})`]), state.trace ?? firstLog(p), load);
 }
 
 function jointChoice(p, state, rebuild) {
@@ -130,9 +142,9 @@ function jointFigure(data, state, axis, k) {
   const summary = summarise(p, t, k, left);
   const figure = h("figure", {}, h("figcaption", {}, h("h3", {}, name), read), above, below,
     h("p.note", {}, summary), asTable(`${name} as a table`, () => slices(p, t, k, measured, left)));
-  const top = new LinePlot(above, { axis, unit, times: false, height: 130, bands, series: [measured, ...models],
+  const top = new LinePlot(above, { axis, unit, times: false, height: 130, bands, brush: state.brush, series: [measured, ...models],
     label: `torque of ${name} over time. ${summary}` });
-  const bottom = new LinePlot(below, { axis, unit, height: 110, bands, level, series: left,
+  const bottom = new LinePlot(below, { axis, unit, height: 110, bands, level, brush: state.brush, series: left,
     label: `residual of ${name} over time: measured minus model. ${summary}` });
   const unwatch = axis.watch(() => {
     const at = axis.cursor;
@@ -214,20 +226,24 @@ function valuesOf(t, key) {
   });
 }
 
-/** Where the models fail: the residual over any two variables. */
-export function maps(data) {
+/** Where the models fail: the residual over any two variables. `kept` holds what the reader has chosen. */
+export function maps(data, kept = {}) {
   const p = data.pictures;
-  const first = worstFirst(data)[0];
+  const first = (kept.order ?? worstFirst(data))[0];
   const region = data.diagnosis?.regions.find((r) => r.joint === p.joints[first][0]);
   const named = (name, otherwise) => variables(p, first).find((v) => v[2] === name)?.[0] ?? otherwise;
   const depends = data.diagnosis?.unexplained.find((u) => u.joint === p.joints[first][0])?.depends_on[0];
   const state = { joint: first, x: named(depends ?? `q${first + 1}`, `q:${first}`), y: `dq:${first}`, kind: "rms", trace: firstLog(p) };
   if (region && !depends) state.x = named(region.variable, state.x);
   if (state.x === state.y) state.x = `q:${first}`;
+  Object.assign(state, kept.chosen);
+  kept.chosen = state;
+  state.trace = Math.min(state.trace, p.traces.length - 1);
+  kept.maps?.forEach((map) => map.remove());
   const holders = p.models.map(() => h("div"));
   const [scale, tell, worst, tools] = [h("div.scale"), h("p.reading", { "aria-live": "polite" }), h("div"), h("div.tools")];
   const made = { maps: null, scale: null };
-  const draw = () => drawMaps(data, state, { holders, scale, tell, worst, made });
+  const draw = () => drawMaps(data, state, { holders, scale, tell, worst, made, kept });
   const set = (key) => (value) => {
     const [was, now] = [state.joint, key === "joint" || key === "trace" ? Number(value) : value];
     state[key] = now;
@@ -248,18 +264,19 @@ export function maps(data) {
   };
   controls();
   const figures = p.models.map(([label], m) => h("figure", {}, h("figcaption", {}, h("h3", {}, label)), holders[m]));
-  const result = section("where", "Where it fails", `Residual${p.models[0][1] ? ", held out," : ""} over any two variables; empty where fewer than three rows lie. The maps share one scale. Arrow keys read single cells.`,
+  const result = section("where", "Where it fails", `Residual${p.models[0][1] ? ", held out," : ""} over any two variables; empty where fewer than three rows lie. The maps share one scale. Arrow keys read single cells${kept.brush ? "; drag over cells, or Enter and Shift-Enter, to read what lies in them" : ""}.`,
     tools, h("div.pair", {}, figures), scale, tell, worst, regions(data));
   queueMicrotask(draw);
   return result;
 }
 
-function drawMaps(data, state, { holders, scale, tell, worst, made }) {
+function drawMaps(data, state, { holders, scale, tell, worst, made, kept }) {
   const p = data.pictures;
   const t = p.traces[state.trace];
   const unit = p.joints[state.joint][2];
   const all = variables(p, state.joint);
   const name = (key) => all.find((v) => v[0] === key)?.[1] ?? key;
+  const shortName = (key) => all.find((v) => v[0] === key)?.[2] ?? key;
   const [x, y] = [valuesOf(t, state.x), valuesOf(t, state.y)];
   // Few rows want large cells.
   const side = Math.max(8, Math.min(28, Math.round(Math.sqrt(x.length / 6))));
@@ -267,9 +284,11 @@ function drawMaps(data, state, { holders, scale, tell, worst, made }) {
   const most = Math.max(...grids.map((g) => largest(g, state.kind)), 1e-12);
   const options = grids.map((grid, m) => ({ grid, kind: state.kind, most, unit, x: { label: name(state.x) }, y: { label: name(state.y) },
     label: `${state.kind} of the residual of ${p.joints[state.joint][0]}, ${p.models[m][0]}, over ${name(state.x)} and ${name(state.y)}; arrow keys read cells`,
-    tell: (text) => { tell.textContent = text; } }));
+    tell: (text) => { tell.textContent = text; },
+    brush: kept.brush && ((ranges) => kept.brush({ ...ranges, names: [shortName(state.x), shortName(state.y)], units: [name(state.x), name(state.y)], joint: state.joint, trace: state.trace })) }));
   if (made.maps) made.maps.forEach((map, m) => map.setOptions(options[m]));
   else made.maps = holders.map((holder, m) => new HeatMap(holder, options[m]));
+  kept.maps = made.maps;
   if (made.scale) made.scale.setOptions({ kind: state.kind, most, unit: `${unit} ${state.kind}` });
   else made.scale = new Scale(scale, { kind: state.kind, most, unit: `${unit} ${state.kind}` });
   worst.replaceChildren(asTable("worst cells as a list", () => h("ol", {}, made.maps[0].worst(10).map((c) => h("li", {}, made.maps[0].describe(c))))));

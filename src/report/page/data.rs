@@ -51,6 +51,11 @@ impl Data {
         })
     }
 
+    /// As JSON.
+    pub fn value(&self) -> Result<Value> {
+        value(self)
+    }
+
     /// As text that ends no script element and opens no comment, whatever names it holds.
     pub fn text(&self) -> Result<String> {
         let text = serde_json::to_string(self).map_err(|e| trouble(&e))?;

@@ -53,18 +53,24 @@ function shade(part, ramp) {
   return `rgb(${mix.join(",")})`;
 }
 
-/** `options`: `grid`, `kind`, `most` (end of the colour scale), `x`, `y` (`{label}`), `unit`, `height`, `label`. */
+/** `options`: `grid`, `kind`, `most` (end of the colour scale), `x`, `y` (`{label}`), `unit`, `height`, `label`,
+ * `brush` (called with `{x, y}`, ranges of both variables, when cells have been marked). */
 export class HeatMap {
   constructor(element, options) {
     this.options = { height: 300, ...options };
     this.cell = null;
+    this.marked = null;
+    this.from = null;
     this.element = element;
     element.classList.add("plot");
     element.tabIndex = 0;
     element.setAttribute("role", "group");
     element.setAttribute("aria-label", options.label);
     this.surface = new Surface(element, this.options.height, (c, w, h) => this.#paint(c, w, h));
+    element.addEventListener("pointerdown", (e) => this.#begin(e));
     element.addEventListener("pointermove", (e) => this.#point(e));
+    element.addEventListener("pointerup", () => this.#end());
+    element.addEventListener("pointercancel", () => { this.from = null; });
     element.addEventListener("pointerleave", () => this.#select(null));
     element.addEventListener("keydown", (e) => this.#key(e));
   }
@@ -73,6 +79,7 @@ export class HeatMap {
     Object.assign(this.options, options);
     this.element.setAttribute("aria-label", this.options.label);
     this.cell = null;
+    this.marked = null;
     this.surface.invalidate();
   }
 
@@ -106,12 +113,15 @@ export class HeatMap {
     }
     context.strokeStyle = c.grid;
     context.strokeRect(MARGIN.left + 0.5, MARGIN.top + 0.5, w - 1, h - 1);
-    if (this.cell !== null) {
-      const [i, j] = [this.cell % grid.columns, Math.floor(this.cell / grid.columns)];
-      context.strokeStyle = c.ink;
+    const frame = (first, last, colour) => {
+      const [[i, j], [k, l]] = [this.#corner(first), this.#corner(last)];
+      const [left, right, low, high] = [Math.min(i, k), Math.max(i, k) + 1, Math.min(j, l), Math.max(j, l) + 1];
+      context.strokeStyle = colour;
       context.lineWidth = 2;
-      context.strokeRect(MARGIN.left + i * dx, MARGIN.top + h - (j + 1) * dy, dx, dy);
-    }
+      context.strokeRect(MARGIN.left + left * dx, MARGIN.top + h - high * dy, (right - left) * dx, (high - low) * dy);
+    };
+    if (this.marked) frame(...this.marked, c.accent);
+    if (this.cell !== null) frame(this.cell, this.cell, c.ink);
     this.#axes(context, w, h);
   }
 
@@ -139,10 +149,44 @@ export class HeatMap {
     const j = Math.floor(((MARGIN.top + h - (event.clientY - box.top)) / h) * grid.rows);
     const inside = i >= 0 && j >= 0 && i < grid.columns && j < grid.rows;
     this.#select(inside ? j * grid.columns + i : null);
+    if (this.from !== null && this.cell !== null) this.marked = [this.from, this.cell];
+  }
+
+  /** Column and row of a cell. */
+  #corner(cell) {
+    return [cell % this.options.grid.columns, Math.floor(cell / this.options.grid.columns)];
+  }
+
+  #begin(event) {
+    if (!this.options.brush || event.button !== 0) return;
+    this.#point(event);
+    this.from = this.cell;
+    if (this.cell !== null) this.marked = [this.cell, this.cell];
+    this.element.setPointerCapture(event.pointerId);
+  }
+
+  #end() {
+    if (this.from === null) return;
+    this.from = null;
+    if (this.marked) this.#brush();
+  }
+
+  /** Tells what the marked cells span. */
+  #brush() {
+    const { grid, brush } = this.options;
+    const [[i, j], [k, l]] = this.marked.map((cell) => this.#corner(cell));
+    const span = ([low, high], a, b, n) => [low + ((high - low) * Math.min(a, b)) / n, low + ((high - low) * (Math.max(a, b) + 1)) / n];
+    this.surface.invalidate();
+    brush({ x: span(grid.x, i, k, grid.columns), y: span(grid.y, j, l, grid.rows) });
   }
 
   #key(event) {
-    const { grid } = this.options;
+    const { grid, brush } = this.options;
+    if (event.key === "Enter" && brush && this.cell !== null) {
+      // Shift and Enter stretch what is marked to this cell.
+      this.marked = [event.shiftKey && this.marked ? this.marked[0] : this.cell, this.cell];
+      return this.#brush();
+    }
     const step = { ArrowLeft: -1, ArrowRight: 1, ArrowUp: grid.columns, ArrowDown: -grid.columns }[event.key];
     if (!step) return;
     event.preventDefault();

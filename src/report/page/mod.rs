@@ -19,7 +19,7 @@ const GLOSSARY: &str = include_str!("glossary.json");
 /// Effects that the first sentence names at most.
 const MOST_NAMED: usize = 3;
 /// Its script, in the order of use.
-const SCRIPTS: [(&str, &str); 13] = [
+const SCRIPTS: [(&str, &str); 14] = [
     ("dom.js", include_str!("dom.js")),
     ("numbers.js", include_str!("numbers.js")),
     ("pyramid.js", include_str!("pyramid.js")),
@@ -32,6 +32,7 @@ const SCRIPTS: [(&str, &str); 13] = [
     ("answer.js", include_str!("answer.js")),
     ("curves.js", include_str!("curves.js")),
     ("study.js", include_str!("study.js")),
+    ("explain.js", include_str!("explain.js")),
     ("page.js", include_str!("page.js")),
 ];
 
@@ -76,14 +77,27 @@ impl Page<'_> {
         Ok(html + rest)
     }
 
+    /// What the page's script reads, for a program that serves the scripts as they are ([`modules`]).
+    ///
+    /// # Errors
+    /// When a number cannot be written as JSON.
+    pub fn data(&self) -> Result<serde_json::Value> {
+        data::Data::of(self)?.value()
+    }
+
     /// The answer: one sentence, then what supports it.
-    fn verdict(&self) -> Vec<String> {
+    pub fn verdict(&self) -> Vec<String> {
         match (self.diagnosis, self.report) {
             (Some(diagnosis), _) => answer(diagnosis),
             (None, Some(report)) => vec![study_verdict(report)],
             (None, None) => vec![self.title.to_string()],
         }
     }
+}
+
+/// The page's modules and its style sheet, by file name.
+pub fn modules() -> impl Iterator<Item = (&'static str, &'static str)> {
+    SCRIPTS.into_iter().chain([("page.css", STYLE)])
 }
 
 /// What is missing, in one sentence; where, and why the search ended.

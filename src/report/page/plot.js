@@ -8,6 +8,7 @@ import { TimeAxis } from "./time_axis.js";
 /**
  * `options`: `axis` (a TimeAxis, shared), `label` (for screen readers), `unit`, `height`, `times` (whether
  * times are written below), `bands` (`[{from, to}]` in seconds), `level` (a half width drawn about zero),
+ * `brush` (dragging marks a span instead of zooming),
  * `series`: `[{ tone, label, start, dt, low, high? }]`; `low` and `high` hold one number per `dt`.
  * Tones are colours of the style sheet: `measured`, `before`, `accent`.
  */
@@ -165,6 +166,11 @@ export class LinePlot {
       context.fillStyle = c["accent-soft"];
       context.fillRect(Math.min(a, b), 0, Math.abs(b - a), bottom);
     }
+    if (this.axis.selection) {
+      const [a, b] = this.axis.selection.map(x);
+      context.fillStyle = c["accent-soft"];
+      context.fillRect(a, 0, Math.max(1, b - a), bottom);
+    }
     const cursor = this.axis.cursor;
     if (cursor !== null) rule(context, x(cursor), 0, x(cursor), bottom, c.muted);
   }
@@ -206,16 +212,17 @@ export class LinePlot {
   #drop() {
     const drag = this.#drag;
     this.#drag = null;
-    if (drag?.mode === "select" && drag.now !== null) {
-      this.axis.show(Math.min(drag.from, drag.now), Math.max(drag.from, drag.now));
-    }
+    if (drag?.mode !== "select" || drag.now === null) return;
+    if (this.options.brush) this.axis.select(drag.from, drag.now);
+    else this.axis.show(Math.min(drag.from, drag.now), Math.max(drag.from, drag.now));
   }
 
   #key(event) {
     const steps = {
       "+": () => this.axis.zoom(0.7), "=": () => this.axis.zoom(0.7), "-": () => this.axis.zoom(1 / 0.7),
       ArrowLeft: () => this.axis.pan(-0.2), ArrowRight: () => this.axis.pan(0.2),
-      Home: () => this.axis.reset(), 0: () => this.axis.reset(), Escape: () => this.axis.reset(),
+      Home: () => this.axis.reset(), 0: () => this.axis.reset(),
+      Escape: () => (this.axis.selection ? this.axis.select(null) : this.axis.reset()),
     };
     const step = event.ctrlKey || event.metaKey || event.altKey ? null : steps[event.key];
     if (!step) return;

@@ -8,6 +8,7 @@ export class TimeAxis {
     this.domain = [from, to];
     this.view = [from, to];
     this.cursor = null;
+    this.selection = null;
   }
 
   watch(watcher) {
@@ -47,7 +48,16 @@ export class TimeAxis {
   renew(from, to) {
     this.domain = [from, to];
     this.cursor = null;
+    this.selection = null;
     this.reset();
+  }
+
+  /** Marks a span of time; nothing when `from` is `null`. */
+  select(from, to) {
+    const [first, last] = this.domain;
+    const within = (at) => Math.min(Math.max(at, first), last);
+    this.selection = from === null ? null : [within(Math.min(from, to)), within(Math.max(from, to))];
+    this.#tell("selection");
   }
 
   point(at) {

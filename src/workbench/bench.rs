@@ -1,0 +1,166 @@
+//! The study with its guards: who changes it, who is told, who may be stopped.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
+
+use serde_json::Value;
+use tokio::sync::watch;
+
+use super::progress::Progress;
+use super::study::Study;
+use super::work::{self, Job};
+use crate::error::{Error, Result};
+
+/// What all requests and both threads share.
+pub(super) struct Bench {
+    study: Mutex<Study>,
+    /// Counts changes of the study.
+    version: watch::Sender<u64>,
+    /// Work of the foreground and of the background.
+    progress: Mutex<[Option<Progress>; 2]>,
+    job: watch::Sender<Value>,
+    retrieval: watch::Sender<Value>,
+    jobs: Mutex<mpsc::Sender<Job>>,
+    /// Jobs that wait or run in the foreground.
+    pending: AtomicU64,
+    /// Whether the foreground is asked to stop.
+    stop: AtomicBool,
+    /// Number of the search in the background; older ones end when they see it.
+    pub search: AtomicU64,
+    /// The search that is asked to end with what it has found.
+    pub ended: AtomicU64,
+    /// One search at a time.
+    pub turn: Mutex<()>,
+}
+
+/// Which thread works.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Place {
+    Foreground = 0,
+    Background = 1,
+}
+
+impl Bench {
+    /// Starts the thread that does what is asked for.
+    pub fn start(study: Study) -> Result<Arc<Self>> {
+        let (sender, receiver) = mpsc::channel();
+        let bench = Arc::new(Self {
+            study: Mutex::new(study),
+            version: watch::Sender::new(1),
+            progress: Mutex::new([None, None]),
+            job: watch::Sender::new(Value::Null),
+            retrieval: watch::Sender::new(Value::Null),
+            jobs: Mutex::new(sender),
+            pending: AtomicU64::new(0),
+            stop: AtomicBool::new(false),
+            search: AtomicU64::new(0),
+            ended: AtomicU64::new(0),
+            turn: Mutex::new(()),
+        });
+        let own = Arc::clone(&bench);
+        std::thread::Builder::new()
+            .name("work".to_string())
+            .spawn(move || work::run(&own, &receiver))
+            .map_err(|e| Error::new(format!("cannot start a thread: {e}")))?;
+        bench.ask(Job::Open);
+        Ok(bench)
+    }
+
+    /// The study, to read or to change; whoever changes it calls [`Bench::changed`] afterwards.
+    pub fn study(&self) -> MutexGuard<'_, Study> {
+        self.study.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub fn folder(&self) -> PathBuf {
+        self.study().folder.clone()
+    }
+
+    /// Tells all tabs that the study is another one; answers its version.
+    pub fn changed(&self) -> u64 {
+        self.version.send_modify(|version| *version += 1);
+        *self.version.borrow()
+    }
+
+    pub fn version(&self) -> u64 {
+        *self.version.borrow()
+    }
+
+    pub fn versions(&self) -> watch::Receiver<u64> {
+        self.version.subscribe()
+    }
+
+    pub fn job_events(&self) -> watch::Receiver<Value> {
+        self.job.subscribe()
+    }
+
+    pub fn retrieval_events(&self) -> watch::Receiver<Value> {
+        self.retrieval.subscribe()
+    }
+
+    pub fn tell_retrieval(&self, what: Value) {
+        self.retrieval.send_replace(what);
+    }
+
+    /// Asks the foreground for something.
+    pub fn ask(&self, job: Job) {
+        self.pending.fetch_add(1, Ordering::SeqCst);
+        let jobs = self.jobs.lock().unwrap_or_else(PoisonError::into_inner);
+        if jobs.send(job).is_err() {
+            self.pending.fetch_sub(1, Ordering::SeqCst);
+        }
+    }
+
+    /// A job of the foreground is over.
+    pub fn finished(&self) {
+        self.pending.fetch_sub(1, Ordering::SeqCst);
+        self.stop.store(false, Ordering::SeqCst);
+    }
+
+    /// Whether more is waiting than the job at hand.
+    pub fn is_awaited(&self) -> bool {
+        self.pending.load(Ordering::SeqCst) > 1
+    }
+
+    /// Asks whatever runs to stop and keep what it has found.
+    pub fn stop(&self) {
+        if self.pending.load(Ordering::SeqCst) > 0 {
+            self.stop.store(true, Ordering::SeqCst);
+        }
+        self.ended.store(self.search.load(Ordering::SeqCst), Ordering::SeqCst);
+        self.progress(Place::Background, |p| {
+            if let Some(p) = p {
+                p.say("stopping");
+            }
+        });
+    }
+
+    /// Lets go of the search in the background: nobody waits for it any more.
+    pub fn stop_search(&self) {
+        self.search.fetch_add(1, Ordering::SeqCst);
+    }
+
+    /// Whether the job at hand is asked to stop.
+    pub fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::SeqCst)
+    }
+
+    /// Changes what is said of the work in one place, and says it.
+    pub fn progress(&self, place: Place, change: impl FnOnce(&mut Option<Progress>)) {
+        let mut both = self.progress.lock().unwrap_or_else(PoisonError::into_inner);
+        change(&mut both[place as usize]);
+        let shown = both.iter().flatten().next().map_or(Value::Null, Progress::json);
+        self.job.send_replace(shown);
+    }
+
+    /// The work that is going on: what was asked for first.
+    pub fn job(&self) -> Value {
+        let both = self.progress.lock().unwrap_or_else(PoisonError::into_inner);
+        both.iter().flatten().next().map_or(Value::Null, Progress::json)
+    }
+
+    /// Whether a retrieval is running: what it works on must not change.
+    pub fn is_retrieving(&self) -> bool {
+        self.study().retrieval.as_ref().is_some_and(|r| r.running)
+    }
+}

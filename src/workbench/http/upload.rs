@@ -1,0 +1,213 @@
+//! Files that are dropped into the page: kept under names of ours, within limits, piece by piece.
+
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use axum::body::Body;
+use axum::extract::{Query, State};
+use axum::http::StatusCode;
+use axum::response::Response;
+use serde::Deserialize;
+use serde_json::json;
+use tokio_stream::StreamExt;
+
+use super::{Shared, reply};
+use crate::error::{Error, Result};
+use crate::log::ColumnMap;
+use crate::model_file::ModelFile;
+use crate::robot::Robot;
+use crate::text;
+use crate::workbench::bench::Bench;
+use crate::workbench::folder;
+use crate::workbench::inputs::{add_log, first};
+use crate::workbench::study::{RobotFile, Role, Root};
+use crate::workbench::work::Job;
+
+/// Largest robot, map or model [bytes].
+const SMALL: u64 = 4 << 20;
+/// Largest log [bytes].
+const LARGE: u64 = 1 << 30;
+/// Logs of a study at most.
+const MOST_LOGS: usize = 16;
+/// Longest name that is shown.
+const LONGEST_NAME: usize = 120;
+
+/// What a file is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Kind {
+    Robot,
+    Log,
+    Validate,
+    Model,
+    Map,
+}
+
+/// What is said of a file beside its content.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct About {
+    kind: Kind,
+    #[serde(default)]
+    name: String,
+}
+
+/// Takes a file in.
+pub(super) async fn take(
+    State(shared): State<Shared>,
+    about: Result<Query<About>, axum::extract::rejection::QueryRejection>,
+    body: Body,
+) -> Response {
+    let Ok(Query(about)) = about else {
+        let error = Error::new("what kind of file is it?").help("kind=robot, log, validate, model or map");
+        return reply::failed(StatusCode::BAD_REQUEST, &error);
+    };
+    if shared.bench.is_retrieving() {
+        return super::routes::busy();
+    }
+    let logs = shared.bench.study().logs.len();
+    if matches!(about.kind, Kind::Log | Kind::Validate) && logs >= MOST_LOGS {
+        let error = Error::new(format!("the study has {MOST_LOGS} logs already")).help("remove one first");
+        return reply::failed(StatusCode::PAYLOAD_TOO_LARGE, &error);
+    }
+    let limit = if matches!(about.kind, Kind::Log | Kind::Validate) { LARGE } else { SMALL };
+    let place = match receive(&shared.bench.folder(), body, limit).await {
+        Ok(place) => place,
+        Err((status, error)) => return reply::failed(status, &error),
+    };
+    let bench = shared.bench.clone();
+    reply::apart(move || {
+        let kept = keep(&bench, &about, &place);
+        if kept.is_err() {
+            // It is of no use to anybody; that removing it may fail too changes nothing.
+            let _ = std::fs::remove_file(&place);
+        }
+        reply::of(kept.map(|file| json!({"version": bench.changed(), "file": file})))
+    })
+    .await
+}
+
+/// Writes the body to a file in the folder.
+async fn receive(folder: &Path, body: Body, limit: u64) -> Result<PathBuf, (StatusCode, Error)> {
+    static COUNT: AtomicU64 = AtomicU64::new(0);
+    let place = folder.join(format!(".upload-{}", COUNT.fetch_add(1, Ordering::Relaxed)));
+    let trouble = |e: std::io::Error| {
+        (StatusCode::INTERNAL_SERVER_ERROR, Error::new(format!("cannot write the file: {e}")))
+    };
+    let mut file = File::create(&place).map_err(trouble)?;
+    let mut pieces = body.into_data_stream();
+    let mut size = 0_u64;
+    let gone = |status, error: Error| {
+        let _ = std::fs::remove_file(&place);
+        (status, error)
+    };
+    while let Some(piece) = pieces.next().await {
+        let piece = piece
+            .map_err(|e| gone(StatusCode::BAD_REQUEST, Error::new(format!("the upload broke off: {e}"))))?;
+        size += piece.len() as u64;
+        if size > limit {
+            let error = Error::new(format!("the file is larger than {} MB", limit >> 20));
+            return Err(gone(
+                StatusCode::PAYLOAD_TOO_LARGE,
+                error.help("name it on the command line instead"),
+            ));
+        }
+        file.write_all(&piece).map_err(trouble)?;
+    }
+    if size == 0 {
+        return Err(gone(StatusCode::UNPROCESSABLE_ENTITY, Error::new("the file is empty")));
+    }
+    Ok(place)
+}
+
+/// Gives a file its place and its part in the study.
+fn keep(bench: &Bench, about: &About, place: &Path) -> Result<String> {
+    let shown: String = about.name.chars().filter(|c| !c.is_control()).take(LONGEST_NAME).collect();
+    let folder = bench.folder();
+    let said = |e: Error| e.in_file(if shown.is_empty() { "the file" } else { &shown });
+    match about.kind {
+        Kind::Robot => robot(bench, place, &folder).map_err(said),
+        Kind::Log | Kind::Validate => {
+            let role = if about.kind == Kind::Log { Role::Fit } else { Role::Validate };
+            log(bench, place, &folder, &shown, role)
+        }
+        Kind::Map => {
+            let map = text::read(place).map_err(said)?;
+            ColumnMap::parse(&map).map_err(said)?;
+            move_to(place, &folder.join("columns.ron"))?;
+            bench.study().columns = Some(map);
+            restart(bench);
+            Ok("columns.ron".to_string())
+        }
+        Kind::Model => {
+            let model = ModelFile::parse(&text::read(place).map_err(said)?).map_err(said)?;
+            move_to(place, &folder.join("start_model.ron"))?;
+            bench.ask(Job::Begin(Root::Effects(model.effects)));
+            Ok("start_model.ron".to_string())
+        }
+    }
+}
+
+fn robot(bench: &Bench, place: &Path, folder: &Path) -> Result<String> {
+    let text = text::read(place)?;
+    let is_urdf = text.trim_start_matches('\u{feff}').trim_start().starts_with('<');
+    let name = if is_urdf { "robot.urdf" } else { "robot.ron" };
+    // Read under the name that it will have: what it is follows from that.
+    let trial = folder.join(format!(".trial-{name}"));
+    move_to(place, &trial)?;
+    let read = Robot::open(&trial);
+    if let Err(error) = read {
+        let _ = std::fs::remove_file(&trial);
+        return Err(error);
+    }
+    move_to(&trial, &folder.join(name))?;
+    let mut study = bench.study();
+    study.robot = Some(RobotFile { path: folder.join(name), robot: None, problem: None });
+    // Models are of a robot: another one begins anew.
+    study.steps = vec![first(Root::Classic)];
+    (study.shown, study.against, study.retrieval) = (None, None, None);
+    study.signals.widths.clear();
+    drop(study);
+    restart(bench);
+    Ok(name.to_string())
+}
+
+fn log(bench: &Bench, place: &Path, folder: &Path, shown: &str, role: Role) -> Result<String> {
+    let mut magic = [0_u8; 2];
+    let packed = File::open(place).and_then(|mut f| std::io::Read::read_exact(&mut f, &mut magic)).is_ok()
+        && magic == [0x1F, 0x8B];
+    let mut study = bench.study();
+    let ending = if packed { "csv.gz" } else { "csv" };
+    let free = |k: &usize| !["csv", "csv.gz"].iter().any(|e| folder.join(format!("log_{k}.{e}")).exists());
+    let number = (1..).find(free).unwrap_or(0);
+    let file = format!("log_{number}.{ending}");
+    move_to(place, &folder.join(&file))?;
+    let name = if shown.is_empty() { file.clone() } else { shown.to_string() };
+    add_log(&mut study, folder.join(&file), Some(name), role)?;
+    drop(study);
+    restart(bench);
+    Ok(file)
+}
+
+/// Whatever was found was found in other data.
+pub(super) fn restart(bench: &Bench) {
+    bench.stop_search();
+    let mut study = bench.study();
+    for log in &mut study.logs {
+        log.findings = None;
+    }
+    for step in &mut study.steps {
+        step.effects.clear();
+        (step.fitted, step.ranking, step.scan) = (None, None, None);
+    }
+    study.trouble = None;
+    let _ = folder::save(&study);
+    drop(study);
+    bench.ask(Job::Open);
+}
+
+fn move_to(from: &Path, to: &Path) -> Result<()> {
+    std::fs::rename(from, to).map_err(|e| Error::new(format!("cannot write here: {e}")).in_file(to))
+}

@@ -1,0 +1,31 @@
+// What the program is doing in the background, and how to stop it.
+import { post } from "/bench/api.js";
+import { button, duration, renew } from "/bench/parts.js";
+import { h } from "/page/dom.js";
+
+/** Draws into the bar at the top. A screen reader hears what begins and what has ended, not every step of it. */
+export function jobView(element) {
+  const told = h("p.hidden", { role: "status" });
+  const holder = h("div.job");
+  element.replaceChildren(told, holder);
+  let was = null;
+  const draw = (job, trouble) => {
+    const now = job?.kind ?? null;
+    if (now !== was) told.textContent = job ? job.text : was ? "done" : "";
+    was = now;
+    element.dataset.kind = now ?? "";
+    renew(holder, job ? working(job) : trouble ? failed(trouble) : h("span.idle", {}, "ready"));
+  };
+  return { draw };
+}
+
+function working(job) {
+  const bar = h("progress", { "aria-label": job.text, max: "1", value: job.fraction });
+  const left = job.seconds_left ? `about ${duration(job.seconds_left)} left` : job.seconds >= 2 ? duration(job.seconds) : "";
+  return [h("span.what", { title: job.text }, job.text), bar, h("span.left", {}, left),
+    job.stoppable && button("Stop", () => post("/api/stop").catch(() => {}), { key: "stop" })];
+}
+
+function failed(trouble) {
+  return h("span.what.trouble", { title: trouble.help ?? "" }, trouble.text);
+}

@@ -1,0 +1,215 @@
+//! Link parameters for the model on show: the scenario in the folder, run as the command line runs it.
+
+use std::ops::ControlFlow;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use super::bench::{Bench, Place};
+use super::folder;
+use super::study::Retrieval;
+use crate::error::{Error, Result};
+use crate::report::finite;
+use crate::retrieval::checkpoint::Checkpoint;
+use crate::retrieval::{RetrievalEngine, Step, catalogue};
+use crate::study::{self, Outcome};
+use crate::text;
+
+/// What a study says before it starts an engine.
+const LEAD: &str = "retrieving link parameters with ";
+/// Points of a history at most; it is thinned where it grows longer.
+const HISTORY: usize = 500;
+/// Pause between two messages to the pages.
+const PAUSE: Duration = Duration::from_millis(100);
+
+/// What is asked of a retrieval.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Order {
+    /// Names of engines.
+    pub engines: Vec<String>,
+    /// Independent runs of engines that make some.
+    #[serde(default)]
+    pub runs: Option<u32>,
+    /// Stages of each run.
+    #[serde(default)]
+    pub stages: Option<u32>,
+    /// Whether ranges of all parameters are wanted.
+    #[serde(default)]
+    pub intervals: bool,
+}
+
+impl Order {
+    /// The engines as a scenario names them.
+    ///
+    /// # Errors
+    /// When an engine is unknown, or its settings cannot be.
+    pub fn written(&self) -> Result<Vec<String>> {
+        if self.engines.is_empty() {
+            return Err(Error::new("no engine is named").help("name `penalty`, `lmi` or both"));
+        }
+        let one = |name: &String| {
+            catalogue::engine(name)?.available()?;
+            let mut settings = Vec::new();
+            if name.starts_with("penalty") {
+                settings.extend(self.runs.map(|runs| format!("runs: {runs}")));
+                settings.extend(self.stages.map(|stages| format!("stages: {stages}")));
+            }
+            let text = format!("{{\"{name}\": ({})}}", settings.join(", "));
+            text::from_ron::<Box<dyn RetrievalEngine>>(&text).map(|_| text)
+        };
+        self.engines.iter().map(one).collect()
+    }
+}
+
+/// What is told while it runs.
+struct Told {
+    since: Instant,
+    told: Instant,
+    history: Vec<[Option<f64>; 3]>,
+    /// Every so-many-th step is kept.
+    every: usize,
+    seen: usize,
+}
+
+/// Runs the engines; a stop keeps their best.
+///
+/// # Errors
+/// When the scenario cannot be run; the message says why.
+pub(super) fn run(bench: &Arc<Bench>, order: &Order) -> Result<()> {
+    let engines = order.written()?;
+    let (path, step) = {
+        let mut study = bench.study();
+        let step = study.shown.ok_or_else(|| Error::new("there is no model to retrieve from"))?;
+        (study.engines, study.intervals) = (engines, order.intervals);
+        study.retrieval =
+            Some(Retrieval { step, running: true, engines: order.engines.clone(), ..Retrieval::default() });
+        folder::save(&study)?;
+        (study.folder.join("scenario.ron"), step)
+    };
+    bench.changed();
+    let result = solve(bench, &path);
+    bench.tell_retrieval(Value::Null);
+    let mut study = bench.study();
+    if let Some(retrieval) = &mut study.retrieval {
+        (retrieval.running, retrieval.engine) = (false, None);
+    }
+    let outcome = result?;
+    let folder = study.folder.clone();
+    let report =
+        serde_json::to_value(&outcome.report).map_err(|e| Error::new(format!("cannot write JSON: {e}")))?;
+    let json =
+        serde_json::to_string_pretty(&report).map_err(|e| Error::new(format!("cannot write JSON: {e}")))?;
+    text::write_whole(&folder.join("report.json"), (json + "\n").as_bytes())?;
+    let feasible = outcome.report.retrievals.as_ref().is_some_and(|all| all.iter().any(|r| r.feasible));
+    let place = folder.join("retrieved.ron");
+    match &outcome.model {
+        Some(model) if feasible => model.write(&place)?,
+        // Parameters of an earlier retrieval are not those of this one.
+        _ if place.exists() => {
+            std::fs::remove_file(&place)
+                .map_err(|e| Error::new(format!("cannot remove it: {e}")).in_file(&place))?;
+        }
+        _ => {}
+    }
+    if let Some(retrieval) = study.retrieval.as_mut().filter(|r| r.step == step) {
+        (retrieval.report, retrieval.stopped) = (Some(Arc::new(report)), outcome.stopped);
+    }
+    folder::save(&study)
+}
+
+fn solve(bench: &Arc<Bench>, path: &std::path::Path) -> Result<Outcome> {
+    let now = Instant::now();
+    let told = Mutex::new(Told { since: now, told: now, history: Vec::new(), every: 1, seen: 0 });
+    let watch = |step: &Step| {
+        // Whoever finds another thread here has nothing to add.
+        if let Ok(mut told) = told.try_lock() {
+            told.note(bench, step);
+        }
+        if bench.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let mut progress = |what: &str| {
+        let engine = what.strip_prefix(LEAD).map(str::to_string);
+        if engine.is_some() {
+            let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
+            *told = Told { since: Instant::now(), told: told.told, history: Vec::new(), every: 1, seen: 0 };
+        }
+        if let Some(retrieval) = &mut bench.study().retrieval {
+            (retrieval.engine, retrieval.history) = (engine, Vec::new());
+        }
+        bench.progress(Place::Foreground, |p| {
+            if let Some(p) = p {
+                p.say(what);
+            }
+        });
+        bench.changed();
+    };
+    let folder = path.with_file_name("retrieval");
+    study::run(
+        path,
+        study::Options {
+            data: Vec::new(),
+            seed: None,
+            progress: &mut progress,
+            watch: &watch,
+            checkpoint: Some(Checkpoint { folder, resume: false }),
+        },
+    )
+}
+
+impl Told {
+    fn note(&mut self, bench: &Bench, step: &Step) {
+        self.seen += 1;
+        if self.told.elapsed() < PAUSE {
+            return;
+        }
+        self.told = Instant::now();
+        let (objective, violation) = (finite(step.objective), finite(step.violation));
+        if self.seen.is_multiple_of(self.every) || self.every == 1 {
+            self.history.push([Some(self.since.elapsed().as_secs_f64()), objective, violation]);
+        }
+        if self.history.len() > HISTORY {
+            let mut k = 0;
+            self.history.retain(|_| {
+                k += 1;
+                k % 2 == 1
+            });
+            self.every *= 2;
+        }
+        let mut left = None;
+        bench.progress(Place::Foreground, |p| {
+            if let Some(p) = p {
+                p.done(step.done);
+                left = p.seconds_left();
+            }
+        });
+        let mut engine = None;
+        if let Some(retrieval) = &mut bench.study().retrieval {
+            retrieval.history.clone_from(&self.history);
+            engine.clone_from(&retrieval.engine);
+        }
+        bench.tell_retrieval(json!({
+            "engine": engine, "fraction": step.done, "objective": objective, "violation": violation,
+            "seconds_left": left,
+        }));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_order_becomes_engines_of_a_scenario() -> Result<()> {
+        let order: Order =
+            serde_json::from_str(r#"{"engines": ["penalty", "lmi"], "runs": 3}"#).expect("an order");
+        assert_eq!(order.written()?, [r#"{"penalty": (runs: 3)}"#, r#"{"lmi": ()}"#]);
+        let none = Order { engines: vec![], ..order.clone() };
+        assert!(none.written().is_err());
+        let wrong = Order { engines: vec!["simplex".into()], ..order };
+        assert!(wrong.written().expect_err("no such engine").to_string().contains("known are"));
+        Ok(())
+    }
+}

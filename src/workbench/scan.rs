@@ -1,0 +1,204 @@
+//! The search for what is missing beside a model, in the background: the whole diagnosis, which takes longer than
+//! anybody wants to wait for.
+
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, PoisonError};
+
+use super::bench::{Bench, Place};
+use super::folder;
+use super::inputs::Inputs;
+use super::progress::Progress;
+use super::study::{Addition, Root, Scan, ScriptFile, ScriptKind, Signals, Study};
+use super::work::{Job, broken};
+use crate::check;
+use crate::diagnose::{Outcome, Start, Stop, diagnose};
+use crate::error::{Error, Result};
+use crate::report::page::Page;
+use crate::text::write_whole;
+
+/// Why a search ended that the user stopped.
+const ENDED: &str = "stopped before the search was done: more may be missing";
+
+/// Unwinds a search that nobody waits for any more.
+struct Stopped;
+
+/// Starts a search beside a step, in the place of the one that may be running; `auto` adds what it finds.
+///
+/// # Errors
+/// When the system gives no thread.
+pub(super) fn start(bench: &Arc<Bench>, step: usize, auto: bool) -> Result<()> {
+    let number = bench.search.fetch_add(1, Ordering::SeqCst) + 1;
+    let bench = Arc::clone(bench);
+    let thread = std::thread::Builder::new().name("search".to_string());
+    let search = move || Search { bench, number, step, auto }.run();
+    thread.spawn(search).map_err(|e| Error::new(format!("cannot start a thread: {e}"))).map(|_| ())
+}
+
+struct Search {
+    bench: Arc<Bench>,
+    number: u64,
+    step: usize,
+    auto: bool,
+}
+
+impl Search {
+    fn is_stale(&self) -> bool {
+        self.bench.search.load(Ordering::SeqCst) != self.number
+    }
+
+    /// Whether the user asked it to end.
+    fn is_ended(&self) -> bool {
+        self.bench.ended.load(Ordering::SeqCst) >= self.number
+    }
+
+    fn run(self) {
+        let bench = Arc::clone(&self.bench);
+        let _turn = bench.turn.lock().unwrap_or_else(PoisonError::into_inner);
+        if self.is_stale() {
+            return;
+        }
+        let text = "looking for what is missing";
+        bench.progress(Place::Background, |p| *p = Some(Progress::new("scan", text, true)));
+        let done = catch_unwind(AssertUnwindSafe(|| self.check_logs().and_then(|()| self.search())));
+        let trouble = match done {
+            Ok(Ok(())) => None,
+            Ok(Err(error)) => Some(error),
+            Err(cause) if cause.is::<Stopped>() => None,
+            Err(cause) => Some(broken(cause.as_ref())),
+        };
+        bench.progress(Place::Background, |p| *p = None);
+        if let Some(trouble) = trouble.filter(|_| !self.is_stale()) {
+            bench.study().trouble = Some(trouble);
+        }
+        bench.changed();
+    }
+
+    fn say(&self, what: &str) {
+        if self.is_stale() {
+            resume_unwind(Box::new(Stopped));
+        }
+        self.bench.progress(Place::Background, |p| {
+            if let Some(p) = p {
+                p.say(what);
+            }
+        });
+    }
+
+    /// Tests units, signs and order of every log against the robot, once.
+    fn check_logs(&self) -> Result<()> {
+        let (logs, robot, gravity, columns) = {
+            let study = self.bench.study();
+            let open = study.logs.iter().filter(|l| l.findings.is_none());
+            let logs: Vec<_> = open.map(|l| (l.id, l.name.clone(), l.path.clone())).collect();
+            let columns = study.columns.as_ref().map(|_| study.folder.join("columns.ron"));
+            (logs, study.robot.as_ref().map(|r| r.path.clone()), study.gravity, columns)
+        };
+        for (id, name, path) in logs {
+            self.say(&format!("checking units, signs and order of {name}"));
+            let options =
+                check::Options { robot: robot.clone(), data: None, columns: columns.clone(), gravity };
+            let findings =
+                check::file(&path, &options).against_robot.pop().map(|(_, findings)| Arc::new(findings));
+            if let Some(log) = self.bench.study().logs.iter_mut().find(|l| l.id == id) {
+                log.findings = findings;
+            }
+            self.bench.changed();
+        }
+        Ok(())
+    }
+
+    fn search(&self) -> Result<()> {
+        let (inputs, start, is_root) = {
+            let study = self.bench.study();
+            let Some(step) = study.step(self.step) else { return Ok(()) };
+            let start = match &step.root {
+                Some(Root::Effects(_)) | None => Start::Effects(step.effects.clone()),
+                Some(root) => root.start(),
+            };
+            (Inputs::of(&study)?, start, step.root.is_some())
+        };
+        let mut outcome = inputs.request(start, |mut request| {
+            request.auto = self.auto;
+            let (bench, number) = (Arc::clone(&self.bench), self.number);
+            request.limits.stop = Stop::when(move || bench.ended.load(Ordering::SeqCst) >= number);
+            // The pages show errors on the logs that are never fitted step by step.
+            request.validate.clear();
+            diagnose(request, &mut |what| self.say(what))
+        })?;
+        if self.is_stale() {
+            return Ok(());
+        }
+        if self.is_ended() {
+            outcome.diagnosis.stop_reason = ENDED.to_string();
+        }
+        self.publish(outcome, &inputs, is_root)
+    }
+
+    fn publish(&self, outcome: Outcome, inputs: &Inputs, is_root: bool) -> Result<()> {
+        let found: Vec<Addition> = self.additions(&outcome);
+        let chosen = Signals {
+            settings: outcome.model.signals.clone(),
+            widths: outcome.diagnosis.signals.sign_width.clone(),
+            chosen: true,
+        };
+        let new_signals = !inputs.signals.chosen || inputs.signals.widths.is_empty();
+        let mut study = self.bench.study();
+        let scan = keep(&mut study, outcome)?;
+        if new_signals {
+            study.signals = chosen;
+            // Whatever was found under other signals is found again.
+            for step in &mut study.steps {
+                (step.ranking, step.scan) = (None, None);
+            }
+        }
+        if let Some(step) = study.step_mut(self.step).filter(|_| !new_signals || is_root) {
+            step.ranking = Some(Arc::new(scan.ranking.clone()));
+            step.scan = Some(Arc::new(scan));
+        }
+        let saved = folder::save(&study);
+        drop(study);
+        self.bench.changed();
+        if new_signals {
+            self.bench.ask(Job::Refit);
+        }
+        let count = found.len();
+        for (k, addition) in found.into_iter().enumerate().filter(|_| self.auto) {
+            self.bench.ask(Job::Add(addition, k + 1 == count));
+        }
+        saved
+    }
+
+    /// What was found, as steps to take.
+    fn additions(&self, outcome: &Outcome) -> Vec<Addition> {
+        let d = &outcome.diagnosis;
+        let named = d.missing.iter().chain(&d.minor).filter(|m| m.effect != "rigid_body");
+        named.map(|m| Addition { effect: m.effect.clone(), joints: m.joints.clone() }).collect()
+    }
+}
+
+/// The answer as the study keeps it; proposed scripts become files of the study.
+fn keep(study: &mut Study, mut outcome: Outcome) -> Result<Scan> {
+    let mut proposed = Vec::new();
+    for (unknown, script) in outcome.diagnosis.unexplained.iter_mut().zip(outcome.scripts) {
+        let kept = match script {
+            Some(script) => {
+                let file = script.file.clone();
+                write_whole(&study.folder.join(&file), script.text.as_bytes())?;
+                study.scripts.retain(|s| s.file != file);
+                let (kind, text) = (ScriptKind::Effect, script.text.clone());
+                study.scripts.push(ScriptFile { file: file.clone(), kind, text });
+                unknown.script = Some(file.clone());
+                Some((file, script))
+            }
+            None => None,
+        };
+        proposed.push(kept);
+    }
+    let page = Page { title: &study.name, diagnosis: Some(&outcome.diagnosis), report: None, pictures: None };
+    let verdict = page.verdict();
+    let json = serde_json::to_string_pretty(&outcome.diagnosis)
+        .map_err(|e| Error::new(format!("cannot write JSON: {e}")))?;
+    write_whole(&study.folder.join("diagnosis.json"), (json + "\n").as_bytes())?;
+    Ok(Scan { diagnosis: outcome.diagnosis, proposed, ranking: outcome.pictures.ranking, verdict })
+}
