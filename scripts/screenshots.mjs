@@ -26,8 +26,8 @@ async function picture(browser, address, name, { width = 1200, height = 0, schem
 }
 
 /** The workbench after the first effect has been added. */
-async function bench(browser, name, { width = 1360, height = 1180, scheme = "light", places = [["model", ""]] } = {}) {
-  const one = await workbench(["scenarios/mystery_one.ron"]);
+async function bench(browser, name, { width = 1280, height = 1100, scheme = "light", places = [["model", ""]] } = {}) {
+  const one = await workbench(["scenarios/mystery_two.ron"]);
   const { page } = await enter(browser, one, { viewport: { width, height }, colorScheme: scheme });
   await until(page, (s) => s.shown !== null && s.job === null && s.candidates.some((c) => c.rank === "missing"));
   await page.locator(".candidate .main").first().click();

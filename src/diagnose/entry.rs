@@ -220,7 +220,10 @@ impl Look {
         let clock = Instant::now();
         let mut chosen = request.choose(logs, say)?;
         *timing.entry("signals".to_string()).or_default() += clock.elapsed().as_secs_f64();
-        let data = request.data(&chosen, chosen.runs.clone())?;
+        // Only a nested search wants them again; of long logs there is no room for two copies.
+        let keep = request.nested.is_some();
+        let runs = if keep { chosen.runs.clone() } else { std::mem::take(&mut chosen.runs) };
+        let data = request.data(&chosen, runs)?;
         let undecided = poor::judge(&data);
         let mut ladder = start(data, request, &chosen, say)?;
         let base = Base::of(&ladder, matches!(request.start, Start::Given))?;

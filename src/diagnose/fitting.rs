@@ -2,14 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use super::candidates;
+use super::candidates::{self, Candidate};
 use super::data::Data;
 use super::entry::{Request, bare};
 use super::ladder::Ladder;
+use super::pictures::{self, RANKED};
 use super::present::rms;
 use super::signals::{Chosen, WIDTHS};
 use super::unseen::{fitted, unseen_runs};
-use super::{asked, pictures, poor};
+use super::{asked, poor};
 
 use crate::effects::Effect;
 use crate::error::{Error, Result};
@@ -19,6 +20,9 @@ use crate::predict::{predict, prediction_errors};
 use crate::report::finite;
 use crate::report::pictures::{Pictures, Ranked, Role, Trace};
 use crate::signals::{Run, Settings, prepare};
+
+/// Candidates whose columns are held at the same time for a ranking.
+const AT_ONCE: usize = 32;
 
 /// Prepared logs with the model that is fitted to them. Nothing is searched and no signal step is chosen, so
 /// that it answers at once; a [`diagnose`](super::diagnose) of the same model on the same settings starts from the
@@ -130,6 +134,10 @@ impl Fitting {
             some => some.iter().map(|j| (effect.to_string(), Some(j.clone()))).collect(),
         };
         self.ladder.candidates = candidates::catalogue(&self.ladder.data, &self.chosen.widths, &self.extra)?;
+        let own = |c: &&Candidate| c.name() == effect;
+        if self.ladder.candidates.iter().filter(own).any(|c| c.effect.needs_torque()) {
+            self.ladder.refresh_torque()?;
+        }
         // Columns of this effect alone: the others only tell what names are known.
         for candidate in self.ladder.candidates.iter_mut().filter(|c| c.name() == effect) {
             candidates::fill(std::slice::from_mut(candidate), &self.ladder.data, false);
@@ -148,11 +156,19 @@ impl Fitting {
     pub fn ranking(&mut self) -> Result<Vec<Ranked>> {
         let ladder = &mut self.ladder;
         ladder.refresh_torque()?;
-        ladder.candidates = candidates::catalogue(&ladder.data, &self.chosen.widths, &self.extra)?;
-        candidates::fill(&mut ladder.candidates, &ladder.data, false);
-        ladder.rank();
+        let mut open = candidates::catalogue(&ladder.data, &self.chosen.widths, &self.extra)?;
+        let mut all = Vec::new();
+        // A few at a time: the columns of a whole catalogue take more room than the logs.
+        while !open.is_empty() {
+            ladder.candidates = open.drain(..open.len().min(AT_ONCE)).collect();
+            candidates::fill(&mut ladder.candidates, &ladder.data, false);
+            ladder.rank();
+            all.append(&mut ladder.ranking);
+        }
         ladder.candidates.clear();
-        Ok(std::mem::take(&mut ladder.ranking))
+        all.sort_by(|a, b| b.usefulness.total_cmp(&a.usefulness));
+        all.truncate(RANKED);
+        Ok(all)
     }
 
     fn refusal(&self, effect: &str) -> Error {

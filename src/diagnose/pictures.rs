@@ -10,7 +10,7 @@ use super::present::rms;
 use crate::report::pictures::{Compared, EffectShare, JointUnits, Pictures, Ranked, Role, Trace};
 
 /// Candidates that are kept for the picture at most.
-const RANKED: usize = 60;
+pub(super) const RANKED: usize = 60;
 /// Parameters of a candidate that are named at most.
 const SYMBOLS: usize = 4;
 /// A joint is shown for an effect of the whole robot where it gets this part of the largest torque.

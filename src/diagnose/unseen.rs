@@ -1,5 +1,7 @@
 //! Errors on logs that are never fitted.
 
+use std::borrow::Cow;
+
 use super::answer::Validation;
 use super::base::Base;
 use super::data::Data;
@@ -9,7 +11,7 @@ use super::signals::Chosen;
 
 use crate::effects::Effect;
 use crate::error::Result;
-use crate::identify::{Errors, Fit, Weighting, fit, settle, with_model_torque, with_robust_sd};
+use crate::identify::{Errors, Evidence, Fit, Weighting, fit, settle, with_model_torque, with_robust_sd};
 use crate::log::Log;
 use crate::model::Model;
 use crate::predict::{Prediction, predict, prediction_errors};
@@ -20,10 +22,14 @@ use crate::signals::{Run, prepare};
 /// Fits effects to the data as any other study would.
 pub(super) fn fitted(data: &Data, effects: Vec<Box<dyn Effect>>) -> Result<(Model, Fit)> {
     let model = Model::new(&data.robot, effects)?;
-    let mut runs = data.runs.clone();
-    let settled = settle(&model, &mut runs, &data.folds, Weighting::Joint)?;
-    let found = fit(&model, &settled.evidence, None, Weighting::Joint)?;
-    let found = with_robust_sd(&model, &runs, &settled.evidence, found)?;
+    // Of long logs there is no room for a copy that nothing changes.
+    let mut runs = Cow::Borrowed(data.runs.as_slice());
+    let evidence = match model.needs_torque() {
+        true => settle(&model, runs.to_mut(), &data.folds, Weighting::Joint)?.evidence,
+        false => Evidence::collect(&model, &runs, &data.folds)?,
+    };
+    let found = fit(&model, &evidence, None, Weighting::Joint)?;
+    let found = with_robust_sd(&model, &runs, &evidence, found)?;
     Ok((model, found))
 }
 

@@ -30,6 +30,8 @@ pub(super) struct Bench {
     pub search: AtomicU64,
     /// The search that is asked to end with what it has found.
     pub ended: AtomicU64,
+    /// Whether what the next finished search finds is added at once.
+    pub auto: AtomicBool,
     /// One search at a time.
     pub turn: Mutex<()>,
 }
@@ -56,6 +58,7 @@ impl Bench {
             stop: AtomicBool::new(false),
             search: AtomicU64::new(0),
             ended: AtomicU64::new(0),
+            auto: AtomicBool::new(false),
             turn: Mutex::new(()),
         });
         let own = Arc::clone(&bench);
@@ -63,7 +66,7 @@ impl Bench {
             .name("work".to_string())
             .spawn(move || work::run(&own, &receiver))
             .map_err(|e| Error::new(format!("cannot start a thread: {e}")))?;
-        bench.ask(Job::Open);
+        bench.ask(Job::Open { again: false });
         Ok(bench)
     }
 
@@ -127,6 +130,7 @@ impl Bench {
         if self.pending.load(Ordering::SeqCst) > 0 {
             self.stop.store(true, Ordering::SeqCst);
         }
+        self.auto.store(false, Ordering::SeqCst);
         self.ended.store(self.search.load(Ordering::SeqCst), Ordering::SeqCst);
         self.progress(Place::Background, |p| {
             if let Some(p) = p {

@@ -46,6 +46,7 @@ pub(super) fn study(options: &Options) -> Result<Study> {
     if let Some(map) = &options.columns {
         study.columns = Some(map_text(map)?);
     }
+    folder::save(&study)?;
     Ok(study)
 }
 

@@ -235,3 +235,62 @@ fn correlation(a: &[f64], b: &[f64], rows: &[usize]) -> f64 {
     let both = (saa * sbb).sqrt();
     if both > 0.0 { sum(&|k| (a[k] - ma) * (b[k] - mb)) / both } else { 0.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::pictures::Role;
+    use crate::signals::Rows;
+
+    fn trace() -> Trace {
+        let ramp = |by: f64| -> Vec<f64> { (0..100).map(|k| by * f64::from(k)).collect() };
+        let measured: Vec<f64> = (0..100).map(|k| if k >= 50 { 2.0 } else { 1.0 }).collect();
+        Trace {
+            name: "log".into(),
+            role: Role::Fitted,
+            rows: Rows { start: 10.0, dt: 0.1, count: 100 },
+            q: vec![ramp(0.01)],
+            dq: vec![ramp(-1.0)],
+            ddq: vec![vec![0.0; 100]],
+            channels: [("heat".to_string(), ramp(3.0))].into(),
+            measured: vec![measured],
+            models: vec![vec![vec![1.0; 100]]],
+        }
+    }
+
+    #[test]
+    fn rows_are_those_inside_every_range() -> Result<()> {
+        let (trace, joints) = (trace(), [JointUnits { name: "a".into(), position: "rad", torque: "N m" }]);
+        let place = Place { trace: &trace, joints: &joints, load: 0 };
+        let marked = |m: Marked| place.rows(&m);
+        assert_eq!(marked(Marked::default())?.len(), 100);
+        let span = Marked { from: Some(10.95), to: Some(12.05), ..Marked::default() };
+        assert_eq!(marked(span.clone())?, (10..=20).collect::<Vec<_>>());
+        let both = Marked { variable: Some("q1".into()), low: Some(0.145), high: None, ..span.clone() };
+        assert_eq!(marked(both)?, (15..=20).collect::<Vec<_>>());
+        let second = Marked { variable2: Some("heat".into()), high2: Some(31.0), ..span };
+        assert_eq!(marked(second)?, [10]);
+        let loaded = Marked { variable: Some("load".into()), low: Some(1.5), ..Marked::default() };
+        assert_eq!(marked(loaded)?, (50..100).collect::<Vec<_>>());
+        assert!(marked(Marked { variable: Some("q2".into()), ..Marked::default() }).is_err());
+        Ok(())
+    }
+
+    #[test]
+    fn what_the_error_follows_and_where_it_stands_out_is_told() {
+        let (trace, joints) = (trace(), [JointUnits { name: "a".into(), position: "rad", torque: "N m" }]);
+        let place = Place { trace: &trace, joints: &joints, load: 0 };
+        let all: Vec<usize> = (0..100).collect();
+        let step = trace.residual(0);
+        let depends = place.depends(&all, &step);
+        // A step correlates with a ramp as the root of three quarters, against a falling one with the other sign.
+        assert!(depends.iter().all(|(_, _, r)| (r.abs() - 0.75_f64.sqrt()).abs() < 1e-3), "{depends:?}");
+        assert!(depends.iter().any(|(_, name, r)| name == "dq1" && *r < 0.0));
+        assert!(depends.iter().all(|(_, name, _)| name != "ddq1"), "what does not vary explains nothing");
+        let late: Vec<usize> = (50..100).collect();
+        let text = place.sentence(&late, std::slice::from_ref(&step));
+        assert!(text.contains("off by 1.000 N m rms here, 1.4 times"), "{text}");
+        let early: Vec<usize> = (0..50).collect();
+        assert!(place.sentence(&early, std::slice::from_ref(&step)).contains("no joint is worse"));
+    }
+}

@@ -12,7 +12,7 @@ use super::progress::Progress;
 use super::study::{Addition, Root, Scan, ScriptFile, ScriptKind, Signals, Study};
 use super::work::{Job, broken};
 use crate::check;
-use crate::diagnose::{Outcome, Start, Stop, diagnose};
+use crate::diagnose::{Outcome, Proposed, Start, Stop, diagnose};
 use crate::error::{Error, Result};
 use crate::report::page::Page;
 use crate::text::write_whole;
@@ -23,15 +23,15 @@ const ENDED: &str = "stopped before the search was done: more may be missing";
 /// Unwinds a search that nobody waits for any more.
 struct Stopped;
 
-/// Starts a search beside a step, in the place of the one that may be running; `auto` adds what it finds.
+/// Starts a search beside a step, in the place of the one that may be running.
 ///
 /// # Errors
 /// When the system gives no thread.
-pub(super) fn start(bench: &Arc<Bench>, step: usize, auto: bool) -> Result<()> {
+pub(super) fn start(bench: &Arc<Bench>, step: usize) -> Result<()> {
     let number = bench.search.fetch_add(1, Ordering::SeqCst) + 1;
     let bench = Arc::clone(bench);
     let thread = std::thread::Builder::new().name("search".to_string());
-    let search = move || Search { bench, number, step, auto }.run();
+    let search = move || Search { bench, number, step }.run();
     thread.spawn(search).map_err(|e| Error::new(format!("cannot start a thread: {e}"))).map(|_| ())
 }
 
@@ -39,7 +39,6 @@ struct Search {
     bench: Arc<Bench>,
     number: u64,
     step: usize,
-    auto: bool,
 }
 
 impl Search {
@@ -119,9 +118,11 @@ impl Search {
             (Inputs::of(&study)?, start, step.root.is_some())
         };
         let mut outcome = inputs.request(start, |mut request| {
-            request.auto = self.auto;
+            request.auto = self.bench.auto.load(Ordering::SeqCst);
             let (bench, number) = (Arc::clone(&self.bench), self.number);
-            request.limits.stop = Stop::when(move || bench.ended.load(Ordering::SeqCst) >= number);
+            request.limits.stop = Stop::when(move || {
+                bench.ended.load(Ordering::SeqCst) >= number || bench.search.load(Ordering::SeqCst) != number
+            });
             // The pages show errors on the logs that are never fitted step by step.
             request.validate.clear();
             diagnose(request, &mut |what| self.say(what))
@@ -162,8 +163,8 @@ impl Search {
         if new_signals {
             self.bench.ask(Job::Refit);
         }
-        let count = found.len();
-        for (k, addition) in found.into_iter().enumerate().filter(|_| self.auto) {
+        let (count, auto) = (found.len(), self.bench.auto.swap(false, Ordering::SeqCst));
+        for (k, addition) in found.into_iter().enumerate().filter(|_| auto) {
             self.bench.ask(Job::Add(addition, k + 1 == count));
         }
         saved
@@ -177,17 +178,26 @@ impl Search {
     }
 }
 
+/// A name for a proposed script that no other script has which somebody took or wrote.
+fn free_name(study: &Study, script: &Proposed) -> String {
+    let taken =
+        |file: &str| study.scripts.iter().any(|s| s.file == file && !(s.proposed || s.text == script.text));
+    let stem = script.file.trim_end_matches(".rhai");
+    let numbered = (2..).map(|k| format!("{stem}_{k}.rhai"));
+    std::iter::once(script.file.clone()).chain(numbered).find(|f| !taken(f)).unwrap_or_default()
+}
+
 /// The answer as the study keeps it; proposed scripts become files of the study.
 fn keep(study: &mut Study, mut outcome: Outcome) -> Result<Scan> {
     let mut proposed = Vec::new();
     for (unknown, script) in outcome.diagnosis.unexplained.iter_mut().zip(outcome.scripts) {
         let kept = match script {
             Some(script) => {
-                let file = script.file.clone();
+                let file = free_name(study, &script);
                 write_whole(&study.folder.join(&file), script.text.as_bytes())?;
                 study.scripts.retain(|s| s.file != file);
                 let (kind, text) = (ScriptKind::Effect, script.text.clone());
-                study.scripts.push(ScriptFile { file: file.clone(), kind, text });
+                study.scripts.push(ScriptFile { file: file.clone(), kind, text, proposed: true });
                 unknown.script = Some(file.clone());
                 Some((file, script))
             }

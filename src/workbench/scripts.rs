@@ -136,7 +136,8 @@ pub(super) fn save(bench: &Bench, draft: &Draft) -> Result<Result<String, Value>
     }
     write_whole(&study.folder.join(&file), draft.text.as_bytes())?;
     study.scripts.retain(|s| s.file != file);
-    study.scripts.push(ScriptFile { file: file.clone(), kind: draft.kind, text: draft.text.clone() });
+    let (kind, text) = (draft.kind, draft.text.clone());
+    study.scripts.push(ScriptFile { file: file.clone(), kind, text, proposed: false });
     if draft.kind == ScriptKind::Constraint {
         study.constraints = constraints::with_script(&study.constraints, &file);
     }

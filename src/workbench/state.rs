@@ -274,6 +274,9 @@ fn scripts(study: &Study) -> Vec<Value> {
         let line = script.text.lines().find_map(|l| l.trim().strip_prefix("//"));
         line.map_or_else(|| script.file.clone(), |l| l.trim_matches(['/', ' ']).to_string())
     };
-    let one = |s: &super::study::ScriptFile| json!({"file": s.file, "kind": s.kind, "title": title(s), "text": s.text, "problems": []});
+    let one = |s: &super::study::ScriptFile| {
+        json!({"file": s.file, "kind": s.kind, "title": title(s), "text": s.text, "proposed": s.proposed,
+               "problems": []})
+    };
     study.scripts.iter().map(one).collect()
 }

@@ -215,6 +215,9 @@ pub(super) struct ScriptFile {
     pub file: String,
     pub kind: ScriptKind,
     pub text: String,
+    /// Whether a search proposed it and nobody took it yet: then it is no candidate of the next one.
+    #[serde(default)]
+    pub proposed: bool,
 }
 
 /// A retrieval of link parameters.

@@ -15,11 +15,14 @@ use crate::diagnose::{Fitted, Fitting};
 use crate::error::{Error, Result};
 use crate::log::ColumnMap;
 
+/// Rows times joints beyond which logs are not kept beside a search.
+const LARGE: usize = 1_500_000;
+
 /// Something to do.
 #[derive(Debug)]
 pub(super) enum Job {
-    /// Robot, logs or column map are others: read them, fit every step again.
-    Open,
+    /// Read robot and logs, fit every step; with shapes searched again where data or column map are others.
+    Open { again: bool },
     /// The signal step is another one: fit every step again.
     Refit,
     /// Add an effect to the model on show; look for what is missing beside it if so.
@@ -71,7 +74,7 @@ struct Worker {
 impl Worker {
     fn act(&mut self, job: Job) -> Result<()> {
         match job {
-            Job::Open => self.open(),
+            Job::Open { again } => self.open(again),
             Job::Refit => {
                 self.at = None;
                 self.fit_all(true)
@@ -91,7 +94,7 @@ impl Worker {
     }
 
     /// Reads robot and logs, then fits whatever steps there are.
-    fn open(&mut self) -> Result<()> {
+    fn open(&mut self, again: bool) -> Result<()> {
         self.at = None;
         self.say("read", "reading robot and logs", false);
         let (robot, gravity, logs, columns) = {
@@ -116,7 +119,6 @@ impl Worker {
         if !self.bench.study().is_ready() {
             return Ok(());
         }
-        let again = self.bench.study().steps.iter().all(|s| s.effects.is_empty());
         self.fit_all(again)
     }
 
@@ -220,7 +222,12 @@ impl Worker {
         })?;
         self.say("add", &format!("adding {}", added.effect.replace('_', " ")), false);
         let mut fitting = self.at(parent)?;
-        fitting.consider(written::candidates(&self.bench.study())?);
+        let candidates = {
+            let mut study = self.bench.study();
+            study.scripts.iter_mut().filter(|s| s.file == added.effect).for_each(|s| s.proposed = false);
+            written::candidates(&study)?
+        };
+        fitting.consider(candidates);
         let effects = match fitting.with_added(&added.effect, &added.joints) {
             Ok(effects) => effects,
             Err(error) => {
@@ -256,9 +263,20 @@ impl Worker {
             self.bench.changed();
         }
         if step.scan.is_none() && !self.bench.is_awaited() {
-            scan::start(&self.bench, id, false)?;
+            if self.is_large() {
+                // The search has its own copy of the logs; there is no room for two.
+                self.at = None;
+            }
+            scan::start(&self.bench, id)?;
         }
         Ok(())
+    }
+
+    /// Whether the logs are so long that they are read again rather than kept.
+    fn is_large(&self) -> bool {
+        let study = self.bench.study();
+        let rows: usize = study.logs.iter().filter_map(|l| l.seen.as_ref()).map(|s| s.rows).sum();
+        rows * study.robot().map_or(0, |r| r.dof()) > LARGE
     }
 
     fn begin(&mut self, root: Root) -> Result<()> {

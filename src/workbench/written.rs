@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 
 use super::folder::beside;
-use super::study::{Role, Study};
+use super::study::{Role, ScriptKind, Study};
 use crate::effects::{Effect, Joints, ScriptedEffect};
 use crate::error::Result;
 use crate::text::{to_ron, write_whole};
@@ -93,7 +93,7 @@ pub(super) fn scenario(study: &Study) -> Result<Option<String>> {
 /// # Errors
 /// When one of them is no longer a script.
 pub(super) fn candidates(study: &Study) -> Result<Vec<Box<dyn Effect>>> {
-    let effects = study.scripts.iter().filter(|s| s.kind == super::study::ScriptKind::Effect);
+    let effects = study.scripts.iter().filter(|s| s.kind == ScriptKind::Effect && !s.proposed);
     effects
         .map(|s| Ok(ScriptedEffect::from_text(s.file.as_ref(), s.text.clone(), Joints::All)?.boxed()))
         .collect()

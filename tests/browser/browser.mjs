@@ -85,13 +85,23 @@ export async function serve(html) {
 /** A fresh folder. */
 export const folder = () => mkdtempSync(join(tmpdir(), "lacuna-bench-"));
 
+const running = new Set();
+
+/** Ends whatever is still there, also after a test that failed. */
+export async function finish(browser) {
+  for (const child of running) child.kill("SIGKILL");
+  await browser.close();
+}
+
 /** Starts a workbench and waits for the address it prints; `out` is the study's folder. */
 export async function workbench(args, out = join(folder(), "study")) {
   const resumed = args.includes("--resume");
   const child = spawn(binary, ["workbench", ...args, ...(resumed ? [] : ["--out", out])], { cwd: root, stdio: ["ignore", "pipe", "pipe"] });
+  running.add(child);
   let said = "";
   child.stderr.on("data", (text) => { said += text; });
   const ended = new Promise((done) => { child.on("exit", done); });
+  ended.then(() => running.delete(child));
   const address = await new Promise((found, failed) => {
     createInterface({ input: child.stdout }).on("line", (line) => {
       const match = /http:\/\/\S+/.exec(line);

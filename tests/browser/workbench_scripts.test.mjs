@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { after, before, test } from "node:test";
-import { enter, launch, studyOf, until, workbench } from "./browser.mjs";
+import { enter, finish, launch, studyOf, until, workbench } from "./browser.mjs";
 
 const SEARCH = 120_000;
 let browser;
@@ -16,10 +16,7 @@ before(async () => {
   ({ page, seen } = await enter(browser, bench));
   await page.locator("#torque canvas").first().waitFor();
 });
-after(async () => {
-  await browser.close();
-  await bench.stop();
-});
+after(() => finish(browser));
 
 const state = () => studyOf(page);
 

@@ -10,7 +10,7 @@ use serde_json::Value;
 use crate::data::Files;
 
 /// Longest time to wait for anything.
-const PATIENCE: Duration = Duration::from_secs(120);
+const PATIENCE: Duration = Duration::from_secs(40);
 
 /// Text as JSON.
 pub fn json(text: &str) -> Value {

@@ -49,6 +49,13 @@ impl Files {
         assert!(Path::new(&self.path("logs/fit.csv.gz")).is_file());
     }
 
+    /// Exit code and words of a command that cannot be done.
+    pub fn fail(&self, args: &[&str]) -> (Option<i32>, String) {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_lacuna"));
+        let output = command.current_dir(self.folder.path()).args(args).output().expect("runs");
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    }
+
     /// Runs the command line in the folder; answers what it prints.
     pub fn run(&self, args: &[&str]) -> String {
         let mut command = Command::new(env!("CARGO_BIN_EXE_lacuna"));

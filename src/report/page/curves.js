@@ -285,7 +285,7 @@ function drawMaps(data, state, { holders, scale, tell, worst, made, kept }) {
   const options = grids.map((grid, m) => ({ grid, kind: state.kind, most, unit, x: { label: name(state.x) }, y: { label: name(state.y) },
     label: `${state.kind} of the residual of ${p.joints[state.joint][0]}, ${p.models[m][0]}, over ${name(state.x)} and ${name(state.y)}; arrow keys read cells`,
     tell: (text) => { tell.textContent = text; },
-    brush: kept.brush && ((ranges) => kept.brush({ ...ranges, names: [shortName(state.x), shortName(state.y)], units: [name(state.x), name(state.y)], joint: state.joint, trace: state.trace })) }));
+    brush: kept.brush && ((ranges) => kept.brush({ ...ranges, names: [shortName(state.x), shortName(state.y)], units: [name(state.x), name(state.y)], joint: p.joints[state.joint][0], trace: state.trace })) }));
   if (made.maps) made.maps.forEach((map, m) => map.setOptions(options[m]));
   else made.maps = holders.map((holder, m) => new HeatMap(holder, options[m]));
   kept.maps = made.maps;

@@ -334,7 +334,8 @@ pub(super) struct NewSearch {
 pub(super) async fn diagnose(State(shared): State<Shared>, body: Body<NewSearch>) -> Response {
     act(shared, body, |bench, NewSearch { auto }| {
         let shown = bench.study().shown.ok_or_else(|| Error::new("there is no model to search beside"))?;
-        scan::start(bench, shown, auto)?;
+        bench.auto.store(auto, std::sync::atomic::Ordering::SeqCst);
+        scan::start(bench, shown)?;
         done()
     })
     .await

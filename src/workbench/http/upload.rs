@@ -205,7 +205,7 @@ pub(super) fn restart(bench: &Bench) {
     study.trouble = None;
     let _ = folder::save(&study);
     drop(study);
-    bench.ask(Job::Open);
+    bench.ask(Job::Open { again: true });
 }
 
 fn move_to(from: &Path, to: &Path) -> Result<()> {

@@ -15,10 +15,11 @@ const PLACES = [["model", "Model"], ["data", "Data"], ["parameters", "Link param
 /** Everything that is known; `page` is what the pictures are drawn from. */
 const study = { state: null, page: null, words: { glossary: {}, catalogue: {} }, go };
 const views = {};
-let chosenByHand = location.hash.length > 1;
+/** Whether the reader or the first state has said which part is shown. */
+let placed = location.hash.length > 1;
 
 function go(place) {
-  chosenByHand = true;
+  placed = true;
   if (location.hash !== `#${place}`) location.hash = place;
   show(place);
 }
@@ -77,7 +78,8 @@ function draw() {
   document.title = `${state.study} - lacuna workbench`;
   views.job.draw(state.job, state.trouble);
   for (const [id] of PLACES) views[id].draw(state);
-  if (!chosenByHand) show(ready(state) ? "model" : "data");
+  if (!placed) show(ready(state) ? "model" : "data");
+  placed = true;
 }
 
 /** Whether there is something to look at. */
@@ -128,7 +130,7 @@ function alarm(error) {
 function start() {
   followScheme();
   explain(study.words);
-  views.job = jobView(document.getElementById("job"));
+  views.job = jobView(document.getElementById("job"), document.getElementById("trouble"));
   Object.assign(views, { model: modelView(study), data: dataView(study), parameters: parametersView(study), scripts: scriptsView(study), files: filesView(study) });
   document.getElementById("views").replaceChildren(...PLACES.map(([id]) => views[id].element));
   places();

@@ -11,7 +11,8 @@ const KINDS = [
   ["validate", "Log that is never fitted", "another motion of the same robot: it shows whether a better fit is a better model", ".csv,.gz,.txt"],
 ];
 
-export function dataView() {
+export function dataView(study) {
+  const onward = h("div");
   const [refused, drops, robot, logs] = [h("div"), h("div.drops"), h("div"), h("div")];
   const columns = columnsCard();
   const act = (path, body) => attempt(refused, () => post(path, body));
@@ -25,8 +26,9 @@ export function dataView() {
   const zones = KINDS.map((kind) => dropZone(kind, take));
   drops.append(...zones.map((zone) => zone.element));
   const element = h("div.view", { id: "view-data" }, h("header.verdict", {}, h("h1", {}, "Robot and logs"),
-    h("p.note", {}, "Give the workbench a robot and a log of its motion and torque; the first model is fitted at once. Everything stays on this computer, in the study's folder.")), drops, refused, h("div.loading", {}, h("div", {}, robot, logs), columns.element));
+    h("p.note", {}, "Give the workbench a robot and a log of its motion and torque; the first model is fitted at once. Everything stays on this computer, in the study's folder."), onward), drops, refused, h("div.loading", {}, h("div", {}, robot, logs), columns.element));
   anywhere(element, take);
+  const drawOnward = whenChanged((there) => renew(onward, there && button("See what the model says", () => study.go("model"), { kind: "main" })));
   const drawRobot = whenChanged((one) => renew(robot, one && robotCard(one)));
   const drawLogs = whenChanged((all) => renew(logs, all.map((log) => logCard(log, act))));
   return {
@@ -34,6 +36,7 @@ export function dataView() {
     draw: (state) => {
       const named = (role) => state.logs.filter((l) => l.role === role).map((l) => `${l.usable ? "✓" : l.read === false ? "…" : "!"} ${l.name}`).join("  ");
       [state.robot?.joints.length ? `✓ ${state.robot.name}` : "", named("fit"), named("validate")].forEach((text, k) => zones[k].have(text));
+      drawOnward(state.shown !== null);
       drawRobot(state.robot);
       columns.draw(state);
       drawLogs(state.logs);

@@ -1,10 +1,11 @@
 // What the program is doing in the background, and how to stop it.
 import { post } from "/bench/api.js";
-import { button, duration, renew } from "/bench/parts.js";
+import { button, duration, first, renew, whenChanged } from "/bench/parts.js";
 import { h } from "/page/dom.js";
 
 /** Draws into the bar at the top. A screen reader hears what begins and what has ended, not every step of it. */
-export function jobView(element) {
+export function jobView(element, strip) {
+  const fail = whenChanged((trouble) => renew(strip, trouble && [h("p", {}, h("b", {}, first(trouble.text)), trouble.help && h("span.where", {}, ` ${trouble.help}`)), button("Dismiss", () => strip.replaceChildren())]));
   const told = h("p.hidden", { role: "status" });
   const holder = h("div.job");
   element.replaceChildren(told, holder);
@@ -14,7 +15,8 @@ export function jobView(element) {
     if (now !== was) told.textContent = job ? job.text : was ? "done" : "";
     was = now;
     element.dataset.kind = now ?? "";
-    renew(holder, job ? working(job) : trouble ? failed(trouble) : h("span.idle", {}, "ready"));
+    renew(holder, job ? working(job) : h("span.idle", {}, trouble ? "not done" : "ready"));
+    fail(job ? null : trouble);
   };
   return { draw };
 }
@@ -24,8 +26,4 @@ function working(job) {
   const left = job.seconds_left ? `about ${duration(job.seconds_left)} left` : job.seconds >= 2 ? duration(job.seconds) : "";
   return [h("span.what", { title: job.text }, job.text), bar, h("span.left", {}, left),
     job.stoppable && button("Stop", () => post("/api/stop").catch(() => {}), { key: "stop" })];
-}
-
-function failed(trouble) {
-  return h("span.what.trouble", { title: trouble.help ?? "" }, trouble.text);
 }

@@ -45,7 +45,7 @@ export function problemList(problems, go = null) {
 }
 
 /** The message without the place and the help that stand beside it. */
-function first(text) {
+export function first(text) {
   return text.replace(/^\S+:\d+:\d+: /, "").split("\n  help: ")[0];
 }
 
