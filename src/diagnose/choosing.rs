@@ -6,7 +6,28 @@ use super::score::{Score, long_run_variance};
 /// The same effect is added on other joints at once when it is at least this useful beside the first.
 const FAMILY: f64 = 0.1;
 
+/// One cause for the whole robot comes first when it explains this part of what the best explanation does.
+const ONE_FOR_ALL: f64 = 0.85;
+/// And when no joint has more than this part of what it explains.
+const SPREAD: f64 = 0.8;
+
 impl Ladder {
+    /// A cause that acts on the whole robot and explains about as much of the weighted error as anything on one joint:
+    /// what looks like a spring here and a gain there is one tilted base.
+    pub fn one_for_all<'s>(&self, passing: &[&'s Scored]) -> Option<&'s Scored> {
+        let share = |s: &&&Scored| s.score.share;
+        let largest = passing.iter().map(|s| s.score.share).fold(0.0, f64::max);
+        let whole = |s: &&&Scored| {
+            let weighted = |(gain, w): (&f64, &f64)| gain * w * w;
+            let gains = s.score.gain_of_joint.iter().zip(&self.present.weights).map(weighted);
+            let most = gains.fold(0.0, f64::max);
+            self.candidates[s.candidate].identity.joint.is_none()
+                && s.score.share >= ONE_FOR_ALL * largest
+                && most <= SPREAD * s.score.gain
+        };
+        passing.iter().filter(whole).max_by(|a, b| share(a).total_cmp(&share(b))).copied()
+    }
+
     /// The simplest of the explanations that are as good as the best one on the same joint.
     pub fn simplest_tie<'s>(&self, best: &'s Scored, passing: &[&'s Scored]) -> &'s Scored {
         let mut chosen = best;

@@ -10,6 +10,10 @@ use crate::signals::{Folds, Rows, Run};
 
 /// Samples handled at once when columns are filtered.
 const PIECE: usize = 16_384;
+/// Slower than this a joint is about to turn round, or nearly rests [rad/s, m/s].
+const SLOW: f64 = 0.02;
+/// Part of a row's filter window at rest from which on the row counts as resting.
+const TOUCHED: f64 = 0.1;
 /// A joint that travels less does not move: what is seen is noise [rad, m].
 const STILL: f64 = 2e-3;
 
@@ -62,6 +66,8 @@ pub(super) struct Data {
     pub still: Vec<bool>,
     /// Joints whose torque is no measurement: zero throughout.
     pub silent: Vec<bool>,
+    /// Rows in which a joint nearly rests: there the smoothing of signs says what friction is.
+    pub resting: Vec<Vec<bool>>,
 }
 
 impl Data {
@@ -80,7 +86,7 @@ impl Data {
         let silent = tau.iter().map(|rows| rows.iter().all(|x| x.abs() <= 0.0)).collect();
         let fold_ranges = (0..folds.count).map(|fold| ranges_of(&folds.fold, fold)).collect();
         let changed = vec![true; runs.len()];
-        Ok(Self {
+        let mut data = Self {
             robot: robot.clone(),
             chain: Chain::new(robot),
             runs,
@@ -91,7 +97,20 @@ impl Data {
             changed,
             still,
             silent,
-        })
+            resting: Vec::new(),
+        };
+        data.resting = (0..robot.dof()).map(|joint| data.at_rest(joint)).collect();
+        Ok(data)
+    }
+
+    /// Rows in which a joint nearly rests.
+    fn at_rest(&self, joint: usize) -> Vec<bool> {
+        let rows = self.rows_of(|run, out| {
+            for (y, v) in out.iter_mut().zip(run.friction_dq(joint)) {
+                *y = if v.abs() < SLOW { 1.0 } else { 0.0 };
+            }
+        });
+        rows.into_iter().map(|part| part > TOUCHED).collect()
     }
 
     /// Number of joints.

@@ -13,6 +13,7 @@ use super::ladder::Ladder;
 use super::late::Late;
 use super::parts::Parts;
 use super::present::Present;
+use super::sharpness::{self, sharpen};
 use super::signals::{Choice, Chosen, plain};
 use super::unseen::{Basis, fitted, validate};
 use super::{Limits, asked, doubts, nested, pictures, poor, signals, telling};
@@ -95,15 +96,41 @@ impl Request<'_> {
         Ok(data)
     }
 
+    /// The model to start from, its signs as sharp as the data want them.
+    pub(super) fn parts(&self, data: &Data, chosen: &Chosen) -> Result<Parts> {
+        let mut parts = Parts::new(data, self.effects(chosen)?, chosen.widths.clone())?;
+        if self.sharpens() {
+            sharpen(&mut parts, data)?;
+        }
+        Ok(parts)
+    }
+
+    /// That model, fitted, without any candidate.
+    pub(super) fn bare(&self, data: Data, chosen: &Chosen) -> Result<Ladder> {
+        let mut ladder = bare(data, self.effects(chosen)?, chosen, &self.limits)?;
+        if self.sharpens() {
+            sharpen(&mut ladder.parts, &ladder.data)?;
+            ladder.refit()?;
+        }
+        Ok(ladder)
+    }
+
+    /// Whether signs of the model to start from are made as sharp as the data want them.
+    fn sharpens(&self) -> bool {
+        self.choose_signals && matches!(self.start, Start::Effects(_))
+    }
+
     /// Effects of the model to start from.
-    pub(super) fn effects(&self, chosen: &Chosen) -> Vec<Box<dyn Effect>> {
-        match &self.start {
+    fn effects(&self, chosen: &Chosen) -> Result<Vec<Box<dyn Effect>>> {
+        Ok(match &self.start {
             Start::Rigid => vec![Box::new(RigidBody::default())],
             // The residual of a given model is compared, then everything is fitted again to find out why.
             Start::Given => vec![Box::new(RigidBody::default())],
             Start::Classic => plain(self.robot, &chosen.widths),
+            // How sharp a sign is belongs to the signal step.
+            Start::Effects(effects) if self.choose_signals => sharpness::by_joint(self.robot, effects)?,
             Start::Effects(effects) => effects.clone(),
-        }
+        })
     }
 }
 
@@ -137,7 +164,8 @@ pub fn diagnose(request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<Outco
         if request.limits.stop.asked() || !Late::note(&mut late, &look.telling(&request, &look.base))? {
             break;
         }
-        let Some(late) = &late else { break };
+        let Some(late) = &mut late else { break };
+        late.settle(&request, &look.chosen, &logs)?;
         say(&format!("the torque is {:.1} ms late: put in step, looking again", 1e3 * late.seconds));
         let again = Look::at(&request, &late.mended(&logs), &mut timing, say)?;
         let before = std::mem::replace(&mut look, again);
@@ -249,13 +277,14 @@ fn climb_honestly(
     Ok(())
 }
 
-/// Contacts first; then forward, backward, forward again, until neither changes anything. The threshold is
+/// Contacts first; then forward, backward, and one cause for several findings, until nothing changes. The threshold is
 /// calibrated where the residual holds least structure: at the end; what then fails it is dropped again.
 pub(super) fn search(ladder: &mut Ladder, seed: u64, say: &mut dyn FnMut(&str)) -> Result<()> {
     ladder.look_for_contact(say)?;
     for _ in 0..ROUNDS {
         ladder.climb(say)?;
-        if !ladder.look_back(say)? {
+        let dropped = ladder.look_back(say)?;
+        if !ladder.gather(say)? && !dropped {
             break;
         }
     }
@@ -285,8 +314,8 @@ pub(super) fn start(
     chosen: &Chosen,
     say: &mut dyn FnMut(&str),
 ) -> Result<Ladder> {
-    let mut ladder = bare(data, request.effects(chosen), chosen, &request.limits)?;
-    ladder.candidates = candidates::catalogue(&ladder.data, &chosen.widths, &request.extra)?;
+    let mut ladder = request.bare(data, chosen)?;
+    ladder.candidates = candidates::catalogue(&ladder.data, &ladder.parts.widths, &request.extra)?;
     say("computing the catalogue");
     ladder.refresh_torque()?;
     candidates::fill(&mut ladder.candidates, &ladder.data, false);
@@ -326,6 +355,7 @@ pub(super) fn bare(
         response,
         rungs: Vec::new(),
         refused: Vec::new(),
+        dropped: Vec::new(),
         unknown: Vec::new(),
         events: Vec::new(),
         best_left: 0.0,

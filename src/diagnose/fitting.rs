@@ -87,7 +87,7 @@ impl Fitting {
         let chosen = Chosen { settings, runs: Vec::new(), reports, folds, widths };
         request.reference.clear();
         let data = request.data(&chosen, runs)?;
-        let ladder = bare(data, request.effects(&chosen), &chosen, &request.limits)?;
+        let ladder = request.bare(data, &chosen)?;
         let unseen = unseen_runs(&ladder.data, &request.validate, &chosen)?;
         Ok(Self { chosen, ladder, unseen, extra })
     }

@@ -3,11 +3,18 @@
 use rayon::prelude::*;
 
 use super::Limits;
+use super::candidates::Candidate;
 use super::ladder::Ladder;
 use super::present::rms;
 use super::score::Score;
+use crate::effects::TimeDelay;
 use crate::random::Stream;
 
+/// Most that rows at rest may bring of the gain of a joint's delay.
+const OF_A_DELAY: f64 = 0.5;
+/// And of anything else, unless it passes its threshold this many times.
+const MOST_AT_REST: f64 = 0.75;
+const BEYOND_DOUBT: f64 = 1.4;
 /// Part of the replicates that a threshold lies above.
 const QUANTILE: f64 = 0.95;
 
@@ -49,6 +56,16 @@ impl Ladder {
         let n = self.data.count() as f64;
         let part = |(gain, r): (&f64, &Vec<f64>)| gain / (rms(r).powi(2) * n).max(1e-300);
         score.gain_of_joint.iter().zip(&self.response.residual).map(part).fold(0.0, f64::max)
+    }
+
+    /// Whether what acts on one joint shows elsewhere than where that joint turns round or rests: there a sign a little
+    /// too sharp, too soft, early or late says the same.
+    pub fn beyond_reversals(&self, candidate: &Candidate, score: &Score) -> bool {
+        let Some(joint) = candidate.joint else { return true };
+        if candidate.name() == TimeDelay::ABOUT.name {
+            return score.at_rest <= OF_A_DELAY;
+        }
+        score.at_rest <= MOST_AT_REST || score.z >= BEYOND_DOUBT * self.gates.of(Some(joint))
     }
 
     /// Everything that is asked of a score beside its significance.

@@ -21,6 +21,9 @@ use crate::report::pictures::Ranked;
 /// Offset, viscous and Coulomb friction come first in the catalogue, after the rigid body.
 pub(super) const PLAIN: usize = 3;
 
+/// An effect that was no longer needed this often is not tried again.
+const RETURNS: usize = 2;
+
 /// One effect that was added, with what it brought.
 #[derive(Debug, Clone)]
 pub(super) struct Rung {
@@ -47,6 +50,7 @@ pub(super) struct Refusal {
 }
 
 /// The state of the climb.
+#[derive(Clone)]
 pub(super) struct Ladder {
     pub data: Data,
     pub parts: Parts,
@@ -59,6 +63,8 @@ pub(super) struct Ladder {
     pub response: Response,
     pub rungs: Vec<Rung>,
     pub refused: Vec<Refusal>,
+    /// What was found and no longer needed later, as often as that happened.
+    pub dropped: Vec<Identity>,
     /// Structure without a name.
     pub unknown: Vec<Unknown>,
     /// Parts that act in an interval only.
@@ -113,6 +119,7 @@ impl Ladder {
             response: self.response.clone(),
             rungs: self.rungs.clone(),
             refused: Vec::new(),
+            dropped: Vec::new(),
             unknown: Vec::new(),
             events: self.events.clone(),
             best_left: 0.0,
@@ -243,8 +250,10 @@ impl Ladder {
         joint.map_or_else(|| (0..self.data.dof()).map(of).sum(), of)
     }
 
-    fn is_refused(&self, candidate: &Candidate) -> bool {
+    /// Whether a candidate cannot be, or came and went before.
+    pub fn is_refused(&self, candidate: &Candidate) -> bool {
         self.refused.iter().any(|r| r.identity == candidate.identity)
+            || self.dropped.iter().filter(|d| **d == candidate.identity).count() >= RETURNS
     }
 
     /// Adds what explains most until nothing passes, or the limit of steps is reached.
@@ -255,10 +264,14 @@ impl Ladder {
             self.note_ranking(&scored);
             let worthwhile = scored.iter().filter(|s| self.worthwhile(s.usefulness, &s.score));
             self.best_left = worthwhile.map(|s| s.score.z).fold(0.0, f64::max);
-            let passes =
-                |s: &&Scored| self.passes(self.candidates[s.candidate].joint, s.usefulness, &s.score);
+            let passes = |s: &&Scored| {
+                let candidate = &self.candidates[s.candidate];
+                self.passes(candidate.joint, s.usefulness, &s.score)
+                    && self.beyond_reversals(candidate, &s.score)
+            };
             let passing: Vec<&Scored> = scored.iter().filter(passes).collect();
-            let chosen = passing.first().map(|best| self.simplest_tie(best, &passing));
+            let simplest = || passing.first().map(|best| self.simplest_tie(best, &passing));
+            let chosen = self.one_for_all(&passing).or_else(simplest);
             // Plain friction first: while that is missing, everything else looks strange.
             let plain = passing.iter().any(|s| self.candidates[s.candidate].order <= PLAIN);
             if !plain
@@ -334,53 +347,5 @@ impl Ladder {
         columns.columns.splice(0..0, own);
         let together = Present::with_weights(&self.data, columns, &self.present.weights);
         Ok(together.fit(&self.data.tau)[..count].to_vec())
-    }
-
-    /// Drops effects that have become needless since others came in; answers whether there were any.
-    pub fn look_back(&mut self, say: &mut dyn FnMut(&str)) -> Result<bool> {
-        let mut dropped = false;
-        while !self.limits.stop.asked() {
-            let mut weakest: Option<(usize, f64)> = None;
-            for rung in 0..self.rungs.len() {
-                let part = self.rungs[rung].part;
-                if self.events.contains(&part) || self.is_common(part) {
-                    continue;
-                }
-                let (score, usefulness) = self.without(part)?;
-                let needed =
-                    score.as_ref().is_some_and(|s| self.passes(self.parts.joint(part), usefulness, s));
-                let z = score.map_or(0.0, |s| s.z);
-                if !needed && weakest.is_none_or(|(_, least)| z < least) {
-                    weakest = Some((rung, z));
-                }
-            }
-            let Some((rung, _)) = weakest else { return Ok(dropped) };
-            let part = self.rungs.remove(rung).part;
-            say(&format!("no longer needed: {}", self.parts.title(part, &self.data.robot)));
-            self.parts.remove(part);
-            self.refit()?;
-            dropped = true;
-        }
-        Ok(dropped)
-    }
-
-    /// Whether a part is plain friction that most joints have: then no joint has to need it.
-    fn is_common(&self, part: usize) -> bool {
-        let name = self.parts.get(part).identity.name;
-        let plain = self.candidates.iter().any(|c| c.order <= PLAIN && c.name() == name);
-        let rungs = self.rungs.iter().filter(|r| self.parts.get(r.part).identity.name == name).count();
-        plain && 2 * rungs > self.data.dof()
-    }
-
-    /// What a part is worth now: its score beside all the others.
-    pub fn without(&self, part: usize) -> Result<(Option<Score>, f64)> {
-        let present =
-            Present::with_weights(&self.data, self.parts.columns_without(&[part]), &self.present.weights);
-        let response = present.respond(&self.data, self.data.tau.clone());
-        let own = self.parts.own_columns(part);
-        let projection = Projection::new(&self.data, &present, vec![own], 0.0);
-        let score = projection.score(&self.data, &present, &response);
-        let usefulness = score.as_ref().map_or(0.0, |s| self.usefulness(self.parts.joint(part), s));
-        Ok((score, usefulness))
     }
 }

@@ -3,15 +3,22 @@
 
 use super::answer::{Diagnosis, First, Missing, Refused, Step, Verdict};
 use super::base::Base;
+use super::entry::Request;
 use super::ladder::{Ladder, Rung};
 use super::present::rms;
+use super::signals::Chosen;
 use super::telling::Telling;
 use crate::effects::{Effect, Joints, TimeDelay};
 use crate::error::Result;
 use crate::log::Log;
+use crate::signals::{Run, prepare};
 
 /// A delay below this part of a sampling time is the clock's doing, not worth a word beside physics.
 pub(super) const OF_A_SAMPLE: f64 = 0.5;
+
+/// Times that a delay is measured again at most, and the change that no longer matters \[s\].
+const SETTLINGS: usize = 4;
+const SETTLED: f64 = 2e-4;
 
 /// A delay of the whole robot, with what was known of it when it was found.
 pub(super) struct Late {
@@ -40,6 +47,25 @@ impl Late {
             None => *known = Some(Self { seconds, told: telling.entry(rung)? }),
         }
         Ok(true)
+    }
+
+    /// Measures the delay again on logs that are put in step, until nothing is left of it: the first measure is only
+    /// good to first order.
+    pub fn settle(&mut self, request: &Request<'_>, chosen: &Chosen, logs: &[Log]) -> Result<()> {
+        let whole = TimeDelay { joints: Joints::All };
+        for _ in 0..SETTLINGS {
+            let mended = self.mended(logs);
+            let runs: Vec<Run> =
+                mended.iter().map(|log| Ok(prepare(log, &chosen.settings)?.0)).collect::<Result<_>>()?;
+            let mut ladder = request.bare(request.data(chosen, runs)?, chosen)?;
+            ladder.refresh_torque()?;
+            let left = ladder.values(&whole)?[0];
+            self.seconds += left;
+            if left.abs() < SETTLED {
+                break;
+            }
+        }
+        Ok(())
     }
 
     /// The logs with their torque put in step.

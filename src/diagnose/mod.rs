@@ -30,6 +30,7 @@ mod floor;
 mod gates;
 mod ladder;
 mod late;
+mod looking_back;
 mod nested;
 mod normal;
 mod parts;
@@ -39,6 +40,7 @@ mod present;
 mod refine;
 mod regions;
 mod score;
+mod sharpness;
 mod signals;
 mod stop;
 mod telling;
@@ -90,14 +92,14 @@ pub struct Limits {
 impl Default for Limits {
     fn default() -> Self {
         Self {
-            least_z: 5.0,
+            least_z: 5.5,
             least_share: 0.002,
             least_of_joint: 0.05,
             least_usefulness: 0.1,
             z_without_best: 3.0,
             most_in_one_second: 0.6,
             tie_gain: 0.75,
-            most_z: 5.3,
+            most_z: 6.2,
             sign_flips: 40,
             steps: 40,
             formula: (6.0, 0.20),

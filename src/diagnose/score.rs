@@ -55,6 +55,8 @@ pub(super) struct Score {
     pub z_without_best: f64,
     /// Part of the gain that the one second brings that helps most.
     pub in_one_second: f64,
+    /// Part of the gain from rows in which the joint that it acts on nearly rests.
+    pub at_rest: f64,
     /// The alternative that most folds chose.
     pub alternative: usize,
 }
@@ -71,6 +73,7 @@ impl Score {
             z,
             z_without_best: z,
             in_one_second: 0.0,
+            at_rest: 0.0,
             alternative: 0,
         }
     }
@@ -298,7 +301,7 @@ fn weighted_product(present: &Present, column: &Column, y: &[Vec<f64>], ranges: 
 /// Scores a held-out prediction `effect` of what is missing in `residual`.
 pub(super) fn judge(data: &Data, present: &Present, residual: &[Vec<f64>], effect: Vec<Vec<f64>>) -> Score {
     let n = data.count();
-    let (mut cross, mut own, mut error) = (vec![0.0; n], vec![0.0; n], 0.0);
+    let (mut cross, mut own, mut error, mut resting) = (vec![0.0; n], vec![0.0; n], 0.0, 0.0);
     let mut gain_of_joint = Vec::with_capacity(effect.len());
     for (joint, (f, r)) in effect.iter().zip(residual).enumerate() {
         let w = present.weights[joint] * present.weights[joint];
@@ -308,6 +311,9 @@ pub(super) fn judge(data: &Data, present: &Present, residual: &[Vec<f64>], effec
             (fr, ff) = (fr + a, ff + b);
             cross[k] += w * a;
             own[k] += w * b;
+            if data.resting[joint][k] {
+                resting += w * (2.0 * a - b);
+            }
             error += w * r[k] * r[k];
         }
         gain_of_joint.push(2.0 * fr - ff);
@@ -317,7 +323,18 @@ pub(super) fn judge(data: &Data, present: &Present, residual: &[Vec<f64>], effec
     let z = autocorrelated_z(data, &cross, &own);
     let (without, in_one_second) = without_best_second(data, &cross, &own);
     let share = if error > 0.0 { gain / error } else { 0.0 };
-    Score { effect, gain, share, gain_of_joint, z, z_without_best: without, in_one_second, alternative: 0 }
+    let at_rest = if gain > 0.0 { resting / gain } else { 0.0 };
+    Score {
+        effect,
+        gain,
+        share,
+        gain_of_joint,
+        z,
+        z_without_best: without,
+        in_one_second,
+        at_rest,
+        alternative: 0,
+    }
 }
 
 /// `sum(f r) / sd(sum(f r))` with a Newey-West variance of bandwidth 1 s.

@@ -94,7 +94,7 @@ impl Telling<'_> {
             source_of_velocity: report.map_or("position", |r| r.source_of_velocity),
             position_cutoff_hz: report.and_then(|r| r.position_cutoff_hz),
             friction_cutoff_hz: report.and_then(|r| r.friction_cutoff_hz),
-            sign_width: self.chosen.widths.clone(),
+            sign_width: self.ladder.parts.widths.clone(),
             trim_s: self.chosen.settings.trim_s,
             rows_used: self.ladder.data.count(),
             rows_dropped: dropped,

@@ -7,7 +7,6 @@ use super::base::Base;
 use super::data::Data;
 use super::entry::Request;
 use super::ladder::Ladder;
-use super::parts::Parts;
 use super::signals::Chosen;
 
 use crate::effects::Effect;
@@ -79,8 +78,7 @@ pub fn unseen_error(request: &Request<'_>) -> Result<Vec<f64>> {
     let logs = request.all_logs();
     let chosen = request.choose(&logs, &mut |_| {})?;
     let data = request.data(&chosen, chosen.runs.clone())?;
-    // The parts know the widths of signs that were chosen.
-    let parts = Parts::new(&data, request.effects(&chosen), chosen.widths.clone())?;
+    let parts = request.parts(&data, &chosen)?;
     let runs = unseen_runs(&data, &request.validate, &chosen)?;
     Ok(predicted(&data, parts.shared_effects(), &runs)?.0.rms)
 }

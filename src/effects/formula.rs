@@ -231,7 +231,7 @@ impl Effect for Formula {
         let symbol =
             |k: usize| if self.terms_of_shape() == 2 { format!("{stem}_{}", k + 1) } else { stem.clone() };
         Ok((0..self.terms_of_shape())
-            .map(|k| Term { symbol: symbol(k), unit: "N m", joints: vec![joint] })
+            .map(|k| Term { symbol: symbol(k), unit: self.unit(), joints: vec![joint] })
             .collect())
     }
 

@@ -25,15 +25,34 @@ impl Curve {
 }
 
 impl Formula {
+    /// Unit of its amplitudes; `x` is the variable's own unit.
+    pub(super) fn unit(&self) -> &'static str {
+        let power = match self.shape {
+            Curve::Linear | Curve::Size | Curve::Above { .. } | Curve::Below { .. } => 1,
+            Curve::Square | Curve::SignedSquare => 2,
+            _ => 0,
+        };
+        match (&self.own, power) {
+            (Own::Speed, 0) => "N m s/rad",
+            (Own::Speed, 1) => "N m s/rad/x",
+            (Own::Speed, _) => "N m s/rad/x^2",
+            (_, 0) => "N m",
+            (_, 1) => "N m/x",
+            (_, _) => "N m/x^2",
+        }
+    }
+
     /// The formula as an effect script. `rank` keeps the symbols of several scripts of one joint apart;
     /// `found` says what it was with its numbers.
     pub(super) fn script(&self, rank: usize, found: &str) -> String {
         let (before, shapes) = self.shape.script();
-        let mark = "_another".repeat(rank);
+        let (mark, unit) = ("_another".repeat(rank), self.unit());
         let parameters: Vec<String> = shapes
             .iter()
             .map(|(tail, shape)| {
-                format!("#{{ symbol: \"c{mark}{tail}\", unit: \"N m\", meaning: \"amplitude of {shape}\" }}")
+                format!(
+                    "#{{ symbol: \"c{mark}{tail}\", unit: \"{unit}\", meaning: \"amplitude of {shape}\" }}"
+                )
             })
             .collect();
         let (own, factor) = match self.own {

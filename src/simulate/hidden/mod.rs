@@ -2,7 +2,8 @@
 //! noise, random motions, and effects of a chosen strength on a chosen joint.
 //!
 //! Strength is what a diagnosis can live on: the root mean square of that part of an effect's torque that the
-//! baseline cannot absorb by refitting, over the baseline's residual with nothing hidden, on the joint that
+//! baseline cannot absorb by refitting, over the baseline's residual with nothing hidden (its signs as sharp as the
+//! plant's), on the joint that
 //! shows it most, in a band of 8 Hz.
 
 mod families;
@@ -59,7 +60,7 @@ pub struct Hidden {
     pub unseen_without: Log,
     /// What was hidden, in the order of the choices.
     pub secrets: Vec<Secret>,
-    /// Residual of the baseline with nothing hidden, per joint, in a band of 8 Hz [N m].
+    /// Residual of the baseline with nothing hidden and signs as sharp as they are, per joint, in a band of 8 Hz [N m].
     pub noise: Vec<f64>,
 }
 
@@ -112,10 +113,11 @@ pub fn hidden(choices: &[Choice], seed: u64) -> Result<Draw> {
         }
     }
     let ground = Ground::draw(choices, seed);
-    let baseline = baseline(&robot, choices);
     let plant = ground.plant(robot.clone())?;
+    // Noise is what is left with signs as sharp as they are; whoever diagnoses has to find that out.
+    let (baseline, sharp) = (baseline(&robot, choices, 0.0), baseline(&robot, choices, ground.width));
     let motions = (0..FIT_LOGS).map(|number| Ok((motion(&robot, seed, number)?, noise_seed(seed, number))));
-    let yardstick = Yardstick::new(&plant, &baseline, motions.collect::<Result<_>>()?)?;
+    let yardstick = Yardstick::new(&plant, &sharp, motions.collect::<Result<_>>()?)?;
     let mut secrets = Vec::new();
     for (number, choice) in choices.iter().enumerate() {
         match secret(choice, &yardstick, seed, number)? {
@@ -216,8 +218,8 @@ fn shapes(seed: u64, number: usize) -> Stream {
     Stream::new(noise_seed(seed, 2000 + number as u64), 0)
 }
 
-/// The classical model without what is hidden.
-fn baseline(robot: &Robot, choices: &[Choice]) -> Vec<Box<dyn Effect>> {
+/// The classical model without what is hidden, its signs smoothed over `width` [rad/s].
+fn baseline(robot: &Robot, choices: &[Choice], width: f64) -> Vec<Box<dyn Effect>> {
     let others = |family: &str| {
         let hidden = |j: usize| choices.iter().any(|c| c.family.name == family && c.joint == j);
         if !(0..robot.dof()).any(hidden) {
@@ -229,7 +231,7 @@ fn baseline(robot: &Robot, choices: &[Choice]) -> Vec<Box<dyn Effect>> {
     vec![
         Box::new(RigidBody::default()),
         Box::new(ViscousFriction { joints: others("viscous_friction") }),
-        Box::new(CoulombFriction { joints: others("coulomb_friction"), ..CoulombFriction::default() }),
+        Box::new(CoulombFriction { joints: others("coulomb_friction"), width }),
         Box::new(TorqueOffset { joints: others("torque_offset") }),
     ]
 }
