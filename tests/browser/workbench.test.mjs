@@ -54,6 +54,8 @@ test("a span of time that is marked says what is in it", async () => {
 });
 
 test("cells of a map that are marked say what is in them, by keyboard too", async () => {
+  await until(page, (s) => s.job === null, SCAN);
+  await page.waitForTimeout(500);
   const map = page.locator("#where .plot").first();
   await map.focus();
   const press = async (key, times) => {

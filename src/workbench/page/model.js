@@ -54,7 +54,10 @@ export function modelView(study) {
     if (pressed) return undefined;
     if (!page?.pictures?.traces.length) return renew(drawing);
     live.order = where.order = worstFirst(pair(study.state).root);
+    const plots = () => [...drawing.querySelectorAll(".plot")];
+    const focused = plots().indexOf(document.activeElement);
     renew(drawing, torque(page, live), maps(page, where), partials(page));
+    plots()[focused]?.focus({ preventScroll: true });
     drawing.querySelector("#torque .tools").after(span.fields);
     drawing.querySelector("#torque").append(span.element);
     drawing.querySelector("#where .scale").after(cells.element);
