@@ -13,10 +13,11 @@ use super::ladder::Ladder;
 use super::late::Late;
 use super::parts::Parts;
 use super::present::Present;
+use super::search::climb_honestly;
 use super::sharpness::{self, sharpen};
 use super::signals::{Choice, Chosen, plain};
 use super::unseen::{Basis, fitted, validate};
-use super::{Limits, asked, doubts, nested, pictures, poor, signals, telling};
+use super::{Limits, asked, nested, pictures, poor, signals, telling};
 
 use crate::effects::{Effect, RigidBody};
 use crate::error::{Error, Result};
@@ -25,10 +26,8 @@ use crate::log::Log;
 use crate::model_file::ModelFile;
 use crate::report::pictures::Pictures;
 use crate::robot::Robot;
-use crate::signals::{Folds, Run, Settings, prepare};
+use crate::signals::{Folds, Run, Settings};
 
-/// Rounds of climbing and looking back at most.
-const ROUNDS: usize = 3;
 /// Times that a delay of the torque is mended.
 const MENDINGS: usize = 2;
 
@@ -260,52 +259,6 @@ impl Look {
             undecided: &self.undecided,
         }
     }
-}
-
-/// Searches, and drops what is noise of the acceleration.
-fn climb_honestly(
-    request: &Request<'_>,
-    chosen: &Chosen,
-    ladder: &mut Ladder,
-    logs: &[Log],
-    say: &mut dyn FnMut(&str),
-) -> Result<()> {
-    search(ladder, request.seed, say)?;
-    if doubts::drop_artefacts(ladder, smoother(request, chosen, logs)?)? {
-        ladder.look_back(say)?;
-    }
-    Ok(())
-}
-
-/// Contacts first; then forward, backward, and one cause for several findings, until nothing changes. The threshold is
-/// calibrated where the residual holds least structure: at the end; what then fails it is dropped again.
-pub(super) fn search(ladder: &mut Ladder, seed: u64, say: &mut dyn FnMut(&str)) -> Result<()> {
-    ladder.look_for_contact(say)?;
-    for _ in 0..ROUNDS {
-        ladder.climb(say)?;
-        let dropped = ladder.look_back(say)?;
-        if !ladder.gather(say)? && !dropped {
-            break;
-        }
-    }
-    if ladder.limits.stop.asked() {
-        return Ok(());
-    }
-    ladder.calibrate(seed, say);
-    if ladder.gates.range().1 > ladder.limits.least_z {
-        ladder.look_back(say)?;
-        ladder.climb(say)?;
-        ladder.look_back(say)?;
-    }
-    Ok(())
-}
-
-/// The same data with the position filter at half its cut-off.
-fn smoother(request: &Request<'_>, chosen: &Chosen, logs: &[Log]) -> Result<Data> {
-    let settings =
-        Settings { position_cutoff_hz: 0.5 * chosen.settings.position_cutoff_hz, ..chosen.settings.clone() };
-    let runs: Vec<Run> = logs.iter().map(|log| Ok(prepare(log, &settings)?.0)).collect::<Result<_>>()?;
-    request.data(chosen, runs)
 }
 
 pub(super) fn start(

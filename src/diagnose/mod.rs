@@ -40,6 +40,7 @@ mod present;
 mod refine;
 mod regions;
 mod score;
+mod search;
 mod sharpness;
 mod signals;
 mod stop;

@@ -3,6 +3,7 @@
 use super::answer::Nested;
 use super::data::Data;
 use super::entry::{self, Request};
+use super::search::search;
 use super::signals::Chosen;
 use crate::error::{Error, Result};
 use crate::predict::{predict, prediction_errors};
@@ -21,7 +22,7 @@ pub(super) fn run(
     say(&format!("the same search on the data before {until_s} s"));
     let mut ladder = entry::start(data, request, chosen, say)?;
     let before = ladder.parts.effects();
-    entry::search(&mut ladder, request.seed, say)?;
+    search(&mut ladder, request.seed, say)?;
     let after = ladder.parts.effects();
     let error = |effects| -> Result<Option<f64>> {
         let (model, found) = super::unseen::fitted(&ladder.data, effects)?;
