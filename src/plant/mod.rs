@@ -49,8 +49,8 @@ pub enum Method {
     /// steepest friction asks for.
     #[default]
     RungeKutta,
-    /// A Rosenbrock method of order two that takes friction, presliding and feedback implicitly: steps of a
-    /// millisecond whatever the friction, and positions right to some microradians.
+    /// A Rosenbrock method of order two that takes friction, presliding and feedback implicitly: steps of an
+    /// eighth of a millisecond whatever the friction, and positions right to some microradians.
     Implicit,
 }
 
