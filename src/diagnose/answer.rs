@@ -185,6 +185,19 @@ pub struct Unexplained {
     pub gain_percent: f64,
     /// The known effect that comes nearest.
     pub nearest: Option<String>,
+    /// Error in units of the joint's noise floor, where it follows no variable of the log.
+    pub floors: Option<f64>,
+}
+
+impl Unexplained {
+    /// What is known of it: the variables it depends on, or that it follows none.
+    pub fn clue(&self) -> String {
+        match (self.depends_on.as_slice(), self.floors) {
+            ([], Some(floors)) => format!("{floors:.1} times its floor, and follows no variable of the log"),
+            ([], None) => "follows no variable of the log".to_string(),
+            (names, _) => format!("depends on {}", names.join(", ")),
+        }
+    }
 }
 
 /// What fits but cannot be.

@@ -2,7 +2,7 @@
 
 use super::candidates::Candidate;
 use super::ladder::Ladder;
-use super::score::Projection;
+use super::score::{Projection, Ridge};
 use super::telling::Added;
 use crate::error::{Error, Result};
 
@@ -28,7 +28,7 @@ pub(super) fn add(ladder: &mut Ladder, wanted: &[(String, Option<String>)]) -> R
                 &ladder.data,
                 &ladder.present,
                 ladder.candidates[candidate].columns.clone(),
-                0.0,
+                Ridge::None,
             );
             let best = projection.score(&ladder.data, &ladder.present, &ladder.response);
             let Some(score) = best else { continue };

@@ -1,6 +1,7 @@
 //! Choosing among explanations that the data cannot tell apart.
 
 use super::ladder::{Ladder, PLAIN, Scored};
+use super::present::Response;
 use super::score::{Score, long_run_variance};
 
 /// The same effect is added on other joints at once when it is at least this useful beside the first.
@@ -43,18 +44,23 @@ impl Ladder {
     /// Whether data cannot tell `other` from `best`: same joint, nearly the gain, and a difference of
     /// losses within two standard errors (Diebold and Mariano 1995).
     pub fn ties(&self, best: &Scored, other: &Scored) -> bool {
-        if self.candidates[best.candidate].joint != self.candidates[other.candidate].joint
-            || other.score.gain < self.limits.tie_gain * best.score.gain
-        {
-            return false;
-        }
-        !self.clearly_better(&best.score, &other.score)
+        self.candidates[best.candidate].joint == self.candidates[other.candidate].joint
+            && self.as_good(&best.score, &other.score, &self.response)
+    }
+
+    /// Whether the second of two explanations of a response gains nearly what the first does.
+    fn as_good(&self, best: &Score, other: &Score, response: &Response) -> bool {
+        other.gain >= self.limits.tie_gain * best.gain && !self.better_in(response, best, other)
     }
 
     /// Whether the losses of one explanation are lower than another's by more than two standard errors.
     pub fn clearly_better(&self, one: &Score, other: &Score) -> bool {
+        self.better_in(&self.response, one, other)
+    }
+
+    fn better_in(&self, response: &Response, one: &Score, other: &Score) -> bool {
         let mut difference = vec![0.0; self.data.count()];
-        for (joint, residual) in self.response.residual.iter().enumerate() {
+        for (joint, residual) in response.residual.iter().enumerate() {
             let w = self.present.weights[joint] * self.present.weights[joint];
             let (a, b) = (&one.effect[joint], &other.effect[joint]);
             for (k, d) in difference.iter_mut().enumerate() {
@@ -68,14 +74,29 @@ impl Ladder {
         difference.iter().sum::<f64>() >= 2.0 * deviation
     }
 
-    pub fn also_possible(&self, chosen: &Scored, passing: &[&Scored]) -> Vec<String> {
+    /// Explanations that tie with the chosen one as the model stands.
+    pub fn also_possible(&self, chosen: &Scored, passing: &[&Scored]) -> Vec<usize> {
         let others = passing.iter().filter(|s| s.candidate != chosen.candidate);
-        let mut names: Vec<String> = others
-            .filter(|s| self.ties(chosen, s) || self.ties(s, chosen))
-            .map(|s| self.candidates[s.candidate].name().to_string())
-            .collect();
-        names.dedup();
-        names
+        others.filter(|s| self.ties(chosen, s) || self.ties(s, chosen)).map(|s| s.candidate).collect()
+    }
+
+    /// What tied with each finding when it was found and still does, now that all the others are in the model: much that
+    /// looks alike in a poor model does not in a good one.
+    pub fn settle_ties(&mut self) {
+        for place in 0..self.rungs.len() {
+            let rung = &self.rungs[place];
+            if rung.also_possible.is_empty() {
+                continue;
+            }
+            let beside = self.beside(rung.part);
+            let Some(own) = beside.score(&self.data, vec![self.parts.own_columns(rung.part)]) else { continue };
+            let ties = |&other: &usize| {
+                let columns = self.candidates[other].columns.clone();
+                let score = beside.score(&self.data, columns);
+                score.is_some_and(|s| self.as_good(&own, &s, &beside.response))
+            };
+            self.rungs[place].also_possible = rung.also_possible.iter().copied().filter(ties).collect();
+        }
     }
 
     /// The same effect on other joints, where it is the best explanation there. Plain friction that shows on half of

@@ -17,10 +17,19 @@ const SMALL: f64 = 0.3;
 /// A variable must explain this part of its joint's held-out squared error, and this many times what chance does.
 const LEAST_VARIABLE: f64 = 0.08;
 const OVER_CHANCE: f64 = 1.5;
+/// Two variables together are tried where a joint's reducible error is this many squared floors, and where one alone
+/// explains less than this part of it; they must explain as much more.
+const OF_TWO: f64 = 3.0;
+const POOR: f64 = 0.6;
+/// A joint whose reducible error is this many squared floors when the search ends lacks something, whatever it follows.
+const FAR: f64 = 15.0;
 /// Replicates that show what chance does.
 const REPLICATES: usize = 19;
 /// A formula must leave less than this part of what the named effect leaves.
 const CLEARLY_LESS: f64 = 0.5;
+
+/// Effects of the catalogue that are nothing but a curve over time.
+const DRIFTS: [&str; 2] = ["torque_drift", "friction_drift"];
 
 /// Structure on a joint that has no name.
 #[derive(Debug, Clone)]
@@ -35,6 +44,16 @@ pub(super) struct Unknown {
     pub share: f64,
     /// The named effect that comes nearest, and what part of the error it leaves.
     pub nearest: Option<(String, f64)>,
+    /// Error in units of the joint's noise floor, where it follows no variable.
+    pub floors: Option<f64>,
+}
+
+impl Unknown {
+    /// Variables without a formula.
+    fn variable(joint: usize, found: &Dependence) -> Self {
+        let depends_on = found.variables.clone();
+        Self { joint, depends_on, part: None, z: found.score.z, share: found.part, nearest: None, floors: None }
+    }
 }
 
 /// The proposal of a formula as an effect script.
@@ -91,10 +110,17 @@ impl Ladder {
         };
         let groups = search.projections();
         let dependences = search.scored(&groups, &self.response);
-        let variables: Vec<String> = dependences.iter().map(|d| d.variable.clone()).collect();
         let own: Vec<&Scored> =
             passing.iter().copied().filter(|s| self.candidates[s.candidate].joint == Some(worst)).collect();
-        if let Some(proposal) = search.formula(&variables)?
+        let formula = search.formula(&dependences)?;
+        let single = dependences.first().map_or(0.0, |d| d.part).max(formula.as_ref().map_or(0.0, |f| f.part));
+        // Two variables together are only tried where none of them alone comes near.
+        let open = own.is_empty() && excess[worst] >= OF_TWO && single < POOR;
+        let two = if open { search.two() } else { None };
+        let (z, part) = self.limits.variable;
+        let two = two.filter(|d| d.score.z >= z && d.part >= part && single < POOR * d.part);
+        if two.is_none()
+            && let Some(proposal) = formula
             && self.formula_wins(&proposal, worst, &own)
         {
             let nearest = self.nearest(worst, &own);
@@ -104,22 +130,12 @@ impl Ladder {
         if known || !own.is_empty() {
             return Ok(None);
         }
-        let strong = dependences.first().filter(|d| {
-            let (z, part) = self.limits.variable;
+        let single = dependences.first().filter(|d| {
             // The fixed bars are safe anywhere; below them chance is measured on these data, at the end only.
             let safe = d.score.z >= z && d.part >= part;
             safe || (chosen.is_none() && self.beyond_chance(d, worst, || search.chance(&groups, REPLICATES)))
         });
-        Ok(strong.map(|d| {
-            Found::Variable(Unknown {
-                joint: worst,
-                depends_on: vec![d.variable.clone()],
-                part: None,
-                z: d.score.z,
-                share: d.part,
-                nearest: None,
-            })
-        }))
+        Ok(two.as_ref().or(single).map(|d| Found::Variable(Unknown::variable(worst, d))))
     }
 
     /// Whether a variable explains clearly more than any does by chance, and enough to matter.
@@ -157,7 +173,10 @@ impl Ladder {
         own.iter().all(|named| {
             let tie = !self.clearly_better(score, &named.score);
             let left_by_named = self.left_with(joint, &named.score);
-            !tie && left < CLEARLY_LESS * left_by_named
+            // A drift is a curve over time as well: of two such the better one is taken.
+            let same_kind = proposal.formula.variable == "time"
+                && DRIFTS.contains(&self.candidates[named.candidate].name());
+            !tie && (same_kind || left < CLEARLY_LESS * left_by_named)
         })
     }
 
@@ -181,6 +200,9 @@ impl Ladder {
         };
         let joint = proposal.formula.joint.clone();
         let index = self.data.robot.joint_index(&joint).unwrap_or(0);
+        if proposal.formula.variable == "time" {
+            self.retire_drifts(index)?;
+        }
         let effect = refine::shapes(&self.data, &self.present, proposal.formula.boxed())?;
         let values = self.values(effect.as_ref())?;
         let before = self.rms();
@@ -196,6 +218,7 @@ impl Ladder {
             z: proposal.score.z,
             share: proposal.part,
             nearest,
+            floors: None,
         });
         let after = self.rms();
         self.rungs.push(Rung {
@@ -208,6 +231,41 @@ impl Ladder {
             also_possible: Vec::new(),
         });
         Ok(true)
+    }
+
+    /// Takes drifts of a joint away whose error follows time in another way: they stood in for it.
+    fn retire_drifts(&mut self, joint: usize) -> Result<()> {
+        let drift = |p: usize| {
+            let identity = &self.parts.get(p).identity;
+            identity.joint == Some(joint) && DRIFTS.contains(&identity.name)
+        };
+        let drifts: Vec<usize> = self.rungs.iter().map(|r| r.part).filter(|&p| drift(p)).collect();
+        for part in drifts {
+            let identity = self.parts.get(part).identity.clone();
+            self.dropped.extend([identity.clone(), identity]);
+            self.rungs.retain(|r| r.part != part);
+            self.parts.remove(part);
+            self.refit()?;
+        }
+        Ok(())
+    }
+
+    /// Takes note of joints that nothing was found for and whose error is far above their floor all the same.
+    pub fn note_unfollowed(&mut self) {
+        self.unknown.retain(|u| !u.depends_on.is_empty());
+        for (joint, excess) in self.excess().into_iter().enumerate() {
+            if excess >= FAR && self.unknown.iter().all(|u| u.joint != joint) {
+                self.unknown.push(Unknown {
+                    joint,
+                    depends_on: Vec::new(),
+                    part: None,
+                    z: 0.0,
+                    share: 0.0,
+                    nearest: None,
+                    floors: Some((excess + 1.0).sqrt()),
+                });
+            }
+        }
     }
 
     /// Structure without a name that is left, each with the script of its formula, where there is one.
@@ -224,6 +282,7 @@ impl Ladder {
                 script: None,
                 z: u.z,
                 gain_percent: 100.0 * u.share,
+                floors: u.floors,
                 nearest: u
                     .nearest
                     .as_ref()

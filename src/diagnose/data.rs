@@ -22,12 +22,14 @@ const STILL: f64 = 2e-3;
 pub(super) struct Column {
     /// `(joint, rows)`, ascending by joint; rows of all runs one after the other.
     pub parts: Vec<(usize, Vec<f64>)>,
+    /// Whether it acts between two times only, so that the fold in which these lie cannot be predicted by the others.
+    pub in_interval: bool,
 }
 
 impl Column {
     /// Of one joint.
     pub fn of(joint: usize, rows: Vec<f64>) -> Self {
-        Self { parts: vec![(joint, rows)] }
+        Self { parts: vec![(joint, rows)], in_interval: false }
     }
 
     /// Rows of `joint`, where the column reaches it.
@@ -164,7 +166,10 @@ impl Data {
                     joints.clear();
                 }
                 joints.sort_unstable();
-                Column { parts: joints.into_iter().map(|j| (j, Vec::with_capacity(self.count()))).collect() }
+                Column {
+                    parts: joints.into_iter().map(|j| (j, Vec::with_capacity(self.count()))).collect(),
+                    in_interval: effect.interval().is_some(),
+                }
             })
             .collect();
         for run in &self.runs {

@@ -2,7 +2,7 @@
 
 use super::answer::Inseparable;
 use super::data::Data;
-use super::ladder::{Ladder, Refusal};
+use super::ladder::{Ladder, Refusal, Rung};
 use super::late::OF_A_SAMPLE;
 use super::unknown::Search;
 use crate::effects::Effect;
@@ -13,17 +13,31 @@ const OF_ACCELERATION: [&str; 3] = ["joint_elasticity", "rotor_inertia", "time_d
 /// Part of the threshold that such an effect must keep.
 const KEPT: f64 = 0.5;
 
-/// Pairs of explanations that tie, with a motion that would tell.
+/// Names of the explanations that tie with a finding, each once; not its own with other parameters.
+pub(super) fn also_possible(ladder: &Ladder, rung: &Rung) -> Vec<String> {
+    let own = ladder.parts.get(rung.part).effect.about().name;
+    let mut names: Vec<String> = Vec::new();
+    for other in rung.also_possible.iter().map(|&c| ladder.candidates[c].name()).filter(|n| *n != own) {
+        if !names.iter().any(|n| n == other) {
+            names.push(other.to_string());
+        }
+    }
+    names
+}
+
+/// Findings with the explanations that tie with them, and a motion that would tell.
 pub(super) fn inseparable(ladder: &Ladder) -> Vec<Inseparable> {
     let mut all: Vec<Inseparable> = Vec::new();
     for rung in &ladder.rungs {
         let title = ladder.parts.title(rung.part, &ladder.data.robot);
         let name = ladder.parts.get(rung.part).effect.about().name;
-        for other in rung.also_possible.iter().filter(|o| *o != name) {
-            all.push(Inseparable {
-                effects: vec![title.clone(), other.clone()],
-                separating_motion: separating_motion(name, other).to_string(),
-            });
+        for other in also_possible(ladder, rung) {
+            let separating_motion = separating_motion(name, &other).to_string();
+            let same = |i: &&mut Inseparable| i.effects[0] == title && i.separating_motion == separating_motion;
+            match all.iter_mut().find(same) {
+                Some(known) => known.effects.push(other),
+                None => all.push(Inseparable { effects: vec![title.clone(), other], separating_motion }),
+            }
         }
     }
     all
@@ -78,7 +92,7 @@ pub(super) fn remainder(ladder: &Ladder, joint: usize) -> Option<String> {
     let percent = 100.0 * strongest.part;
     Some(format!(
         "{percent:.0} % of what is left depends on {} (z {:.1})",
-        strongest.variable, strongest.score.z
+        strongest.variables.join(", "), strongest.score.z
     ))
 }
 

@@ -12,7 +12,7 @@ use super::floor::Floor;
 use super::gates::Gates;
 use super::parts::{Part, Parts};
 use super::present::{Present, Response, rms};
-use super::score::{Projection, Score};
+use super::score::{Projection, Ridge, Score};
 use super::{Limits, doubts, events, refine};
 use crate::effects::Effect;
 use crate::error::Result;
@@ -38,8 +38,8 @@ pub(super) struct Rung {
     pub after: Vec<f64>,
     /// Whether others came in at the same time.
     pub together: bool,
-    /// Explanations that the data cannot tell from this one.
-    pub also_possible: Vec<String>,
+    /// Candidates that the data cannot tell from this one.
+    pub also_possible: Vec<usize>,
 }
 
 /// Something that fits but cannot be.
@@ -81,7 +81,7 @@ struct Addition {
     alternative: usize,
     score: Score,
     usefulness: f64,
-    also: Vec<String>,
+    also: Vec<usize>,
 }
 
 /// A candidate with its score.
@@ -222,7 +222,7 @@ impl Ladder {
                 if candidate.columns.is_empty() || self.parts.has(candidate) || self.is_refused(candidate) {
                     return None;
                 }
-                Some(Projection::new(&self.data, &self.present, candidate.columns.clone(), 0.0))
+                Some(Projection::new(&self.data, &self.present, candidate.columns.clone(), Ridge::None))
             })
             .collect()
     }

@@ -1,17 +1,34 @@
 //! Looking back: whether everything that was found is still needed, and whether one cause explains several findings.
 
+use std::sync::Arc;
+
+use super::data::{Column, Data};
+use super::events;
 use super::ladder::{Ladder, PLAIN, Rung};
-use super::present::Present;
-use super::score::{Projection, Score};
+use super::present::{Present, Response};
+use super::score::{Projection, Ridge, Score};
 use crate::error::Result;
 
 /// One cause takes the place of several findings when the mean logarithm of held-out rms grows by no more than this.
 const WORSE: f64 = 0.01;
 
+/// A model with its fits, for what is tried beside it.
+pub(super) struct Beside {
+    pub present: Present,
+    pub response: Response,
+}
+
+impl Beside {
+    /// What columns, or the best of their alternatives, would bring.
+    pub fn score(&self, data: &Data, alternatives: Vec<Vec<Arc<Column>>>) -> Option<Score> {
+        Projection::new(data, &self.present, alternatives, Ridge::None).score(data, &self.present, &self.response)
+    }
+}
+
 impl Ladder {
     /// Drops effects that have become needless since others came in; answers whether there were any.
     pub fn look_back(&mut self, say: &mut dyn FnMut(&str)) -> Result<bool> {
-        let mut dropped = false;
+        let mut dropped = self.drop_contacts(say)?;
         while !self.limits.stop.asked() {
             let Some(rung) = self.weakest()? else { break };
             let part = self.rungs.remove(rung).part;
@@ -20,6 +37,26 @@ impl Ladder {
             self.parts.remove(part);
             self.refit()?;
             dropped = true;
+        }
+        Ok(dropped)
+    }
+
+    /// Drops contacts that nobody would see any more, since what looked like one has another cause.
+    fn drop_contacts(&mut self, say: &mut dyn FnMut(&str)) -> Result<bool> {
+        let mut dropped = false;
+        for part in self.events.clone() {
+            if self.rungs.len() == self.events.len() {
+                break;
+            }
+            let beside = self.beside(part);
+            if events::contact(&self.data, &beside.present, &self.floor)?.is_none() {
+                say(&format!("no longer needed: {}", self.parts.title(part, &self.data.robot)));
+                self.events.retain(|p| *p != part);
+                self.rungs.retain(|r| r.part != part);
+                self.parts.remove(part);
+                self.refit()?;
+                dropped = true;
+            }
         }
         Ok(dropped)
     }
@@ -73,7 +110,7 @@ impl Ladder {
     /// good.
     fn with_cause(&self, candidate: usize) -> Result<Option<Self>> {
         let columns = self.candidates[candidate].columns.clone();
-        let projection = Projection::new(&self.data, &self.present, columns, 0.0);
+        let projection = Projection::new(&self.data, &self.present, columns, Ridge::None);
         let Some(score) = projection.score(&self.data, &self.present, &self.response) else {
             return Ok(None);
         };
@@ -112,14 +149,17 @@ impl Ladder {
         plain && 2 * rungs > self.data.dof()
     }
 
-    /// What a part is worth now: its score beside all the others.
-    pub fn without(&self, part: usize) -> Result<(Option<Score>, f64)> {
+    /// The model at hand without one of its parts.
+    pub fn beside(&self, part: usize) -> Beside {
         let present =
             Present::with_weights(&self.data, self.parts.columns_without(&[part]), &self.present.weights);
         let response = present.respond(&self.data, self.data.tau.clone());
-        let own = self.parts.own_columns(part);
-        let projection = Projection::new(&self.data, &present, vec![own], 0.0);
-        let score = projection.score(&self.data, &present, &response);
+        Beside { present, response }
+    }
+
+    /// What a part is worth now: its score beside all the others.
+    pub fn without(&self, part: usize) -> Result<(Option<Score>, f64)> {
+        let score = self.beside(part).score(&self.data, vec![self.parts.own_columns(part)]);
         let usefulness = score.as_ref().map_or(0.0, |s| self.usefulness(self.parts.joint(part), s));
         Ok((score, usefulness))
     }

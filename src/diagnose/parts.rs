@@ -121,7 +121,7 @@ fn difference(up: &[Column], down: &[Column], values: &[f64], factor: f64) -> Co
         }
         sum
     };
-    Column { parts: joints.into_iter().map(|j| (j, rows(j))).collect() }
+    Column { parts: joints.into_iter().map(|j| (j, rows(j))).collect(), in_interval: false }
 }
 
 /// All parts of the model at hand.

@@ -139,8 +139,9 @@ impl Present {
         let p = self.width();
         self.all = self.factor_all();
         let mut blocked = self.normal();
-        // What all data cannot tell apart stays out of every fold.
-        for c in (0..p).filter(|c| self.all.kept.binary_search(c).is_err()) {
+        // What all data cannot tell apart stays out of every fold, and so does what acts between two times only.
+        let out = |c: &usize| self.columns[*c].in_interval || self.all.kept.binary_search(c).is_err();
+        for c in (0..p).filter(out) {
             blocked[c * p + c] = 0.0;
         }
         let without = |fold: usize| {
@@ -232,8 +233,20 @@ impl Present {
         DMatrix::from_fn(n, n, |a, b| clusters.iter().map(|c| c[a] * c[b]).sum())
     }
 
+    /// Takes away what acts between two times only, as all data together say it: the fold in which these times lie
+    /// knows nothing of it, or a sliver that runs wild.
+    fn without_events(&self, y: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+        if self.columns.iter().all(|c| !c.in_interval) {
+            return y;
+        }
+        let mut x = self.fit(&y);
+        x.iter_mut().zip(&self.columns).filter(|(_, c)| !c.in_interval).for_each(|(x, _)| *x = 0.0);
+        self.residual_of(&y, &x)
+    }
+
     /// Fits `y` without each fold.
     pub fn respond(&self, data: &Data, y: Vec<Vec<f64>>) -> Response {
+        let y = self.without_events(y);
         let products: Vec<Vec<f64>> =
             data.fold_ranges.iter().map(|ranges| self.products_of(&y, ranges)).collect();
         let total = sum(&products);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::data::Data;
 use super::present::Present;
-use super::score::Projection;
+use super::score::{Projection, Ridge};
 use crate::effects::{Effect, Shape};
 use crate::error::Result;
 
@@ -20,7 +20,7 @@ pub(super) fn shapes(data: &Data, present: &Present, start: Box<dyn Effect>) -> 
     let explained = |values: &[f64]| -> Result<f64> {
         let effect = start.with_shapes(values);
         let columns = data.candidate_columns(effect.as_ref())?.into_iter().map(Arc::new).collect();
-        let projection = Projection::new(data, present, vec![columns], 0.0);
+        let projection = Projection::new(data, present, vec![columns], Ridge::None);
         Ok(projection.explained(data, present, &data.tau, 0).unwrap_or(f64::NEG_INFINITY))
     };
     let mut now: Vec<f64> = shapes.iter().map(|s| s.value).collect();

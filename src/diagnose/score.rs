@@ -14,6 +14,27 @@ use crate::linalg::dots;
 /// Candidates of which less than this part survives beside the model cannot be told from it.
 const INSEPARABLE: f64 = 1e-4;
 
+/// How the parameters of many columns are held back.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Ridge {
+    /// Not at all.
+    None,
+    /// By a part of each column's own size, so that what the model explains stays small.
+    OfEach(f64),
+    /// By a part of their mean size, where they are pieces of one curve: it stays near zero where data are few.
+    OfAll(f64),
+}
+
+impl Ridge {
+    fn of(self, own: f64, mean: f64) -> f64 {
+        match self {
+            Self::None => 0.0,
+            Self::OfEach(part) => part * own,
+            Self::OfAll(part) => part * mean.max(own),
+        }
+    }
+}
+
 /// A candidate's columns, taken apart into what the model already explains and the rest, for every fold.
 #[derive(Debug, Clone)]
 pub(super) struct Projection {
@@ -80,8 +101,8 @@ impl Score {
 }
 
 impl Projection {
-    /// Projects all alternatives; `ridge` is a part of each column's own size.
-    pub fn new(data: &Data, present: &Present, alternatives: Vec<Vec<Arc<Column>>>, ridge: f64) -> Self {
+    /// Projects all alternatives.
+    pub fn new(data: &Data, present: &Present, alternatives: Vec<Vec<Arc<Column>>>, ridge: Ridge) -> Self {
         Self {
             alternatives: alternatives.into_iter().map(|c| Projected::new(data, present, c, ridge)).collect(),
         }
@@ -120,7 +141,7 @@ impl Projection {
         let all = 0..data.count();
         let all = std::slice::from_ref(&all);
         let alternative = &self.alternatives[k];
-        let own = Crosses::new(present, &alternative.columns, all).rest(&present.all, 0.0)?.0;
+        let own = Crosses::new(present, &alternative.columns, all).rest(&present.all, Ridge::None)?.0;
         let products: Vec<f64> =
             alternative.columns.iter().map(|c| weighted_product(present, c, y, all)).collect();
         let g = own.residual_products(&products, &present.products_of(y, all));
@@ -138,18 +159,18 @@ impl Rest {
 }
 
 impl Projected {
-    fn new(data: &Data, present: &Present, columns: Vec<Arc<Column>>, ridge: f64) -> Self {
+    fn new(data: &Data, present: &Present, columns: Vec<Arc<Column>>, ridge: Ridge) -> Self {
         let mut this = Self { columns, folds: Vec::new(), surviving: 0.0 };
         let crosses: Vec<Crosses> =
             data.fold_ranges.iter().map(|ranges| Crosses::new(present, &this.columns, ranges)).collect();
         let total = Crosses::total(&crosses);
-        this.surviving = total.rest(&present.all, 0.0).map_or(0.0, |(_, surviving)| surviving);
+        this.surviving = total.rest(&present.all, Ridge::None).map_or(0.0, |(_, surviving)| surviving);
         this.folds = crosses
             .iter()
             .enumerate()
             .map(|(fold, own)| {
                 let (rest, surviving) = total.less(own).rest(&present.folds[fold], ridge)?;
-                (surviving >= INSEPARABLE || ridge > 0.0).then_some(rest)
+                (surviving >= INSEPARABLE || ridge != Ridge::None).then_some(rest)
             })
             .collect();
         this
@@ -268,19 +289,19 @@ impl Crosses {
     }
 
     /// What is left beside the model, and the smallest surviving part of a column.
-    fn rest(&self, model: &Cholesky, ridge: f64) -> Option<(Rest, f64)> {
+    fn rest(&self, model: &Cholesky, ridge: Ridge) -> Option<(Rest, f64)> {
         let n = self.model.len();
         let shadow: Vec<Vec<f64>> = self.model.iter().map(|cross| model.solve(cross)).collect();
         let mut h = self.own.clone();
         let mut surviving = f64::INFINITY;
+        let mean = (0..n).map(|i| self.own[i * n + i]).sum::<f64>() / n.max(1) as f64;
         for i in 0..n {
             for k in 0..n {
                 h[i * n + k] -= self.model[i].iter().zip(&shadow[k]).map(|(a, b)| a * b).sum::<f64>();
             }
             let own = self.own[i * n + i];
             surviving = surviving.min(if own > 0.0 { h[i * n + i] / own } else { 0.0 });
-            // The ridge is a part of the column's own size, so that what the model explains stays small.
-            h[i * n + i] += ridge * own;
+            h[i * n + i] += ridge.of(own, mean);
         }
         let factor = Cholesky::new(&h, n, 1e-9, 0.0);
         (!factor.kept.is_empty()).then_some((Rest { shadow, factor }, surviving))

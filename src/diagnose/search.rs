@@ -24,6 +24,10 @@ pub(super) fn climb_honestly(
     if doubts::drop_artefacts(ladder, smoother(request, chosen, logs)?)? {
         ladder.look_back(say)?;
     }
+    ladder.settle_ties();
+    if !ladder.limits.stop.asked() {
+        ladder.note_unfollowed();
+    }
     Ok(())
 }
 

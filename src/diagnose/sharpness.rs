@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::data::{Column, Data};
 use super::parts::Parts;
 use super::present::{Columns, Present};
-use super::score::Projection;
+use super::score::{Projection, Ridge};
 use crate::effects::{CoulombFriction, Effect, Joints};
 use crate::error::Result;
 use crate::robot::Robot;
@@ -65,7 +65,7 @@ fn width(data: &Data, present: &Present, effect: &dyn Effect, near: f64) -> Resu
     let alternatives = (0..TRIALS).map(columns).collect::<Result<Vec<_>>>()?;
     let response = present.respond(data, data.tau.clone());
     let gain = |columns| {
-        let score = Projection::new(data, present, vec![columns], 0.0).score(data, present, &response);
+        let score = Projection::new(data, present, vec![columns], Ridge::None).score(data, present, &response);
         score.map_or(f64::NEG_INFINITY, |s| s.gain)
     };
     let explained: Vec<f64> = alternatives.into_par_iter().map(gain).collect();

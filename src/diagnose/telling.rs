@@ -223,7 +223,7 @@ impl Telling<'_> {
             gain_percent: 100.0 * rung.score.share,
             z: rung.score.z,
             held_out_rms: joints.iter().map(|&j| (self.name(j), [rung.before[j], rung.after[j]])).collect(),
-            also_possible: rung.also_possible.clone(),
+            also_possible: super::doubts::also_possible(self.ladder, rung),
             place: self.place(rung),
             remainder: part.joint.and_then(|j| super::doubts::remainder(self.ladder, j)),
         })

@@ -171,9 +171,10 @@ fn number(p: &Parameter) -> String {
 fn unexplained(d: &Diagnosis) -> String {
     let mut text = String::new();
     for u in &d.unexplained {
-        let (joint, on) = (&u.joint, u.depends_on.join(", "));
-        let part = format!("z {:.1}, {:.0} % of the joint's error", u.z, u.gain_percent);
-        let title = format!("unknown on {joint}, depends on {on}   {part}");
+        let mut title = format!("unknown on {}, {}", u.joint, u.clue());
+        if !u.depends_on.is_empty() {
+            title += &format!("   z {:.1}, {:.0} % of the joint's error", u.z, u.gain_percent);
+        }
         text.push('\n');
         text += &if title.chars().count() <= 80 { title + "\n" } else { hanging("", &title, 4) };
         if let Some(formula) = &u.formula {
@@ -263,12 +264,17 @@ fn also(d: &Diagnosis) -> String {
     }
     for i in &d.inseparable {
         text.push('\n');
-        text += &hanging("", &format!("cannot be told apart: {}", i.effects.join(" and ")), 6);
+        text += &hanging("", &format!("cannot be told apart: {}", apart(&i.effects)), 6);
         for line in wrap(&i.separating_motion, 72) {
             text += &format!("      {line}\n");
         }
     }
     text
+}
+
+/// A finding, and everything that looks like it.
+fn apart(effects: &[String]) -> String {
+    effects.split_first().map_or_else(String::new, |(one, others)| format!("{one} and {}", others.join(", ")))
 }
 
 fn signals(d: &Diagnosis) -> String {

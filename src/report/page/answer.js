@@ -84,9 +84,10 @@ function beforeAfter(data, rms) {
 
 function unknown(u) {
   return h("article.card.unknown", {},
-    h("h3", {}, "no effect of the catalogue", h("span.where", {}, ` on ${u.joint}, depends on ${u.depends_on.join(", ")}`)),
+    h("h3", {}, "no effect of the catalogue", h("span.where", {}, ` on ${u.joint}, ${u.depends_on.length ? `depends on ${u.depends_on.join(", ")}` : "follows no variable of the log"}`)),
     u.formula && h("p.equation", {}, `a shape that fits: ${u.formula}`),
-    h("p", {}, term("z"), ` ${num(u.z)} · explains ${percent(u.gain_percent)} of the joint's held-out squared error`),
+    u.depends_on.length > 0 && h("p", {}, term("z"), ` ${num(u.z)} · explains ${percent(u.gain_percent)} of the joint's held-out squared error`),
+    u.floors && h("p", {}, `the error that is left is ${num(u.floors, 2)} times the joint's floor`),
     u.nearest && h("p.note", {}, `nearest known effect: ${words(u.nearest)} of the reducible error`));
 }
 
@@ -159,7 +160,7 @@ export function doubts(d) {
     d.refused.length > 0 && table("Fits, but refused", ["effect", "on", "why"],
       d.refused.map((r) => [effectName(r.effect), joints(r.joints), r.reason])),
     d.inseparable.length > 0 && table("Cannot be told apart with this motion", ["effects", "a motion that would tell"],
-      d.inseparable.map((i) => [i.effects.map(words).join(" and "), i.separating_motion])),
+      d.inseparable.map((i) => [`${words(i.effects[0])} and ${i.effects.slice(1).map(words).join(", ")}`, i.separating_motion])),
     d.events.length > 0 && table("Events", ["what", "from [s]", "to [s]", "force in the base frame [N]"],
       d.events.map((e) => [words(e.kind), num(e.from_s, 4), num(e.to_s, 4), e.force_n.map((f) => num(f)).join(", ")])),
     d.moved.length > 0 && moved(d.moved),

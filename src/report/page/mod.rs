@@ -108,7 +108,8 @@ fn answer(d: &Diagnosis) -> Vec<String> {
     };
     let named = d.missing.iter().map(|m| format!("{}{}", spoken(&m.effect), on(&m.joints)));
     let unnamed = d.unexplained.iter().map(|u| {
-        format!("something without a name on {} that depends on {}", u.joint, u.depends_on.join(", "))
+        let that = if u.depends_on.is_empty() { ":" } else { " that" };
+        format!("something without a name on {}{that} {}", u.joint, u.clue())
     });
     let found: Vec<String> = named.chain(unnamed).collect();
     let mut lines = Vec::new();

@@ -1,0 +1,78 @@
+//! Formulas that are tried: the same shape over one variable, with its grid of places and widths.
+
+use super::Search;
+use super::variable::{Variable, periodic};
+use crate::effects::{Curve, Formula, Own};
+
+/// Places tried over the range of a variable.
+const PLACES: usize = 24;
+/// Widths of bumps tried \[rad\].
+const BUMPS: [f64; 4] = [0.05, 0.1, 0.2, 0.4];
+/// Frequencies of something that comes and goes with time \[Hz\], tried in steps of a part of one over the log's length.
+const CLOCK: [f64; 2] = [0.1, 2.0];
+const CLOCK_STEP: f64 = 0.3;
+
+impl Search<'_> {
+    /// Families over one variable; those with places and widths, which are many, where it is `likely`.
+    pub(super) fn families(&self, variable: &Variable, likely: bool) -> Vec<Vec<Formula>> {
+        let mut curves: Vec<Vec<Curve>> = vec![vec![Curve::Linear], vec![Curve::Square]];
+        match variable {
+            Variable::Position(_) => {
+                curves.push((1..=12).map(|k| Curve::Wave { k: 0.5 + 0.5 * f64::from(k) }).collect());
+            }
+            Variable::Speed(_) | Variable::Acceleration(_) => {
+                curves.extend([vec![Curve::Size], vec![Curve::SignedSquare], vec![Curve::Sign]]);
+            }
+            Variable::Time if !periodic(&self.data.runs) => curves.push(self.clocks()),
+            Variable::Time | Variable::Channel(_) => {}
+        }
+        if likely {
+            curves.extend(self.placed(variable));
+        }
+        let joint = &self.data.robot.joints[self.joint].name;
+        let formula = |own: Own, shape: Curve| Formula {
+            joint: joint.clone(),
+            own,
+            variable: variable.name(),
+            shape,
+            width: self.width,
+        };
+        [Own::One, Own::Speed, Own::Sign]
+            .into_iter()
+            .flat_map(|own| curves.iter().map(move |family| (own, family)))
+            .map(|(own, family)| family.iter().map(|&curve| formula(own, curve)).collect())
+            .collect()
+    }
+
+    /// Shapes that have a place in the variable's range.
+    fn placed(&self, variable: &Variable) -> Vec<Vec<Curve>> {
+        let (low, high) = variable.range(&self.data.runs);
+        let inner = |part: f64| low + part * (high - low);
+        let places: Vec<f64> =
+            (0..PLACES).map(|k| inner(0.05 + 0.9 * k as f64 / (PLACES - 1) as f64)).collect();
+        let each = |f: &dyn Fn(f64) -> Curve| -> Vec<Curve> { places.iter().map(|&a| f(a)).collect() };
+        let wide = |f: &dyn Fn(f64, f64) -> Curve| -> Vec<Curve> {
+            places.iter().flat_map(|&a| BUMPS.iter().map(move |&w| (a, w))).map(|(a, w)| f(a, w)).collect()
+        };
+        match variable {
+            Variable::Position(_) => vec![
+                each(&|a| Curve::Above { a }),
+                each(&|a| Curve::Below { a }),
+                each(&|a| Curve::Step { a }),
+                wide(&|a, w| Curve::Bump { a, w }),
+                wide(&|a, w| Curve::Detent { a, w }),
+            ],
+            Variable::Time | Variable::Channel(_) => vec![each(&|a| Curve::Step { a })],
+            Variable::Speed(_) | Variable::Acceleration(_) => Vec::new(),
+        }
+    }
+
+    /// Waves over time.
+    fn clocks(&self) -> Vec<Curve> {
+        let (_, seconds) = Variable::Time.range(&self.data.runs);
+        let step = CLOCK_STEP / seconds.max(1.0);
+        let count = ((CLOCK[1] - CLOCK[0]) / step) as usize;
+        let wave = |i: usize| Curve::Wave { k: std::f64::consts::TAU * (CLOCK[0] + i as f64 * step) };
+        (0..=count.min(400)).map(wave).collect()
+    }
+}
