@@ -175,7 +175,7 @@ mod tests {
     fn columns(count: usize, samples: usize) -> Vec<Vec<f64>> {
         let value = |c: usize, k: usize| {
             let t = (c + 1) as f64 * k as f64;
-            libm::sin(0.013 * t) + 1e-3 * t + if (k / 7) % (c + 2) == 0 { 1.0 } else { -0.3 }
+            libm::sin(0.013 * t) + 1e-3 * t + if (k / 7).is_multiple_of(c + 2) { 1.0 } else { -0.3 }
         };
         (0..count).map(|c| (0..samples).map(|k| value(c, k)).collect()).collect()
     }
