@@ -1,11 +1,16 @@
 //! A model: a robot and the effects that make its torque, lowered to numbered columns.
 
+use std::ops::Range;
+
 use crate::effects::{Columns, Effect, Stretch, Term};
 use crate::error::{Error, Result};
 use crate::identify::BaseParameters;
 use crate::kernels::{Chain, RegressorBlock};
 use crate::robot::Robot;
 use crate::signals::Run;
+
+/// Samples of rigid links computed at once.
+const STRETCH: usize = 256;
 
 /// One column of the regressor: a linear parameter that is fitted.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -107,18 +112,21 @@ impl Model {
         torque: &mut [Vec<f64>],
         which: impl Fn(&dyn Effect) -> bool,
     ) -> Result<()> {
-        let range = 0..run.samples();
-        let at = Stretch { robot: &self.robot, chain: &self.chain, run, range: range.clone() };
-        let mut room = vec![0.0; range.len()];
+        let mut room = vec![0.0; run.samples()];
+        let mut scratch = None;
         for (number, effect) in self.effects.iter().enumerate().filter(|(_, e)| which(e.as_ref())) {
             let slots = &self.slots[number];
-            let mut wanted = |term: usize, joint: usize, fill: &mut dyn FnMut(&mut [f64])| {
-                let Some(column) = slots[term] else { return };
-                room.fill(0.0);
-                fill(&mut room);
-                torque[joint].iter_mut().zip(&room).for_each(|(t, y)| *t += x[column] * y);
-            };
-            effect.columns(&at, &mut Columns { wanted: &mut wanted, scratch: &mut None })?;
+            for range in stretches(effect.as_ref(), 0..run.samples()) {
+                let mut wanted = |term: usize, joint: usize, fill: &mut dyn FnMut(&mut [f64])| {
+                    let Some(column) = slots[term] else { return };
+                    let room = &mut room[..range.len()];
+                    room.fill(0.0);
+                    fill(room);
+                    torque[joint][range.clone()].iter_mut().zip(room).for_each(|(t, y)| *t += x[column] * *y);
+                };
+                let at = Stretch { robot: &self.robot, chain: &self.chain, run, range: range.clone() };
+                effect.columns(&at, &mut Columns { wanted: &mut wanted, scratch: &mut scratch })?;
+            }
         }
         Ok(())
     }
@@ -127,23 +135,33 @@ impl Model {
     ///
     /// # Errors
     /// When the run lacks something an effect needs.
-    pub fn fill(&self, run: &Run, range: std::ops::Range<usize>, block: &mut ModelBlock) -> Result<()> {
+    pub fn fill(&self, run: &Run, range: Range<usize>, block: &mut ModelBlock) -> Result<()> {
         block.reset(range.len());
-        let at = Stretch { robot: &self.robot, chain: &self.chain, run, range: range.clone() };
         for (number, effect) in self.effects.iter().enumerate() {
             let slots = &self.slots[number];
             let (joints, stride) = (&mut block.joints, block.stride);
             let active = &self.active;
-            let mut wanted = |term: usize, joint: usize, fill: &mut dyn FnMut(&mut [f64])| {
-                let Some(column) = slots[term] else { return };
-                if let Ok(local) = active[joint].binary_search(&column) {
-                    fill(&mut joints[joint][local * stride..local * stride + range.len()]);
-                }
-            };
-            effect.columns(&at, &mut Columns { wanted: &mut wanted, scratch: &mut block.scratch })?;
+            for part in stretches(effect.as_ref(), range.clone()) {
+                let first = part.start - range.start;
+                let mut wanted = |term: usize, joint: usize, fill: &mut dyn FnMut(&mut [f64])| {
+                    let Some(column) = slots[term] else { return };
+                    if let Ok(local) = active[joint].binary_search(&column) {
+                        fill(&mut joints[joint][local * stride + first..][..part.len()]);
+                    }
+                };
+                let at = Stretch { robot: &self.robot, chain: &self.chain, run, range: part.clone() };
+                effect.columns(&at, &mut Columns { wanted: &mut wanted, scratch: &mut block.scratch })?;
+            }
         }
         Ok(())
     }
+}
+
+/// What of `range` an effect computes at once: rigid links look at one sample only and have many columns, which stay
+/// in the cache in pieces.
+fn stretches(effect: &dyn Effect, range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
+    let step = if effect.about().name == "rigid_body" { STRETCH } else { range.len().max(1) };
+    range.clone().step_by(step).map(move |first| first..(first + step).min(range.end))
 }
 
 /// `symbol`, or `symbol'`, `symbol''` where it is taken: an effect with a shape may stand there again with
@@ -170,7 +188,7 @@ impl ModelBlock {
     /// Room for up to `stride` samples.
     pub fn new(model: &Model, stride: usize) -> Self {
         let joints = model.active.iter().map(|a| vec![0.0; a.len() * stride]).collect();
-        Self { joints, stride, scratch: Some(RegressorBlock::new(&model.chain, stride)) }
+        Self { joints, stride, scratch: Some(RegressorBlock::new(&model.chain, stride.min(STRETCH))) }
     }
 
     fn reset(&mut self, rows: usize) {

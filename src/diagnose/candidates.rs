@@ -44,12 +44,10 @@ impl Candidate {
 
     /// Computes the columns; none where the data lack what the effect needs (a temperature, say).
     fn fill(&mut self, data: &Data) {
-        let columns = |effect: &dyn Effect| -> Result<Vec<Arc<Column>>> {
-            Ok(data.candidate_columns(effect)?.into_iter().map(Arc::new).collect())
-        };
-        let all = self.alternatives.iter().map(|effect| columns(effect.as_ref()));
-        (self.columns, self.trouble) = match all.collect::<Result<_>>() {
-            Ok(columns) => (columns, None),
+        let effects: Vec<&dyn Effect> = self.alternatives.iter().map(AsRef::as_ref).collect();
+        let shared = |columns: Vec<Column>| columns.into_iter().map(Arc::new).collect();
+        (self.columns, self.trouble) = match data.candidate_columns_of_each(&effects) {
+            Ok(all) => (all.into_iter().map(shared).collect(), None),
             Err(trouble) => (Vec::new(), Some(trouble)),
         };
     }

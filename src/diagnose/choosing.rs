@@ -89,7 +89,9 @@ impl Ladder {
                 continue;
             }
             let beside = self.beside(rung.part);
-            let Some(own) = beside.score(&self.data, vec![self.parts.own_columns(rung.part)]) else { continue };
+            let Some(own) = beside.score(&self.data, vec![self.parts.own_columns(rung.part)]) else {
+                continue;
+            };
             let ties = |&other: &usize| {
                 let columns = self.candidates[other].columns.clone();
                 let score = beside.score(&self.data, columns);

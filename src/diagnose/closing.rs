@@ -52,7 +52,15 @@ impl Unknown {
     /// Variables without a formula.
     fn variable(joint: usize, found: &Dependence) -> Self {
         let depends_on = found.variables.clone();
-        Self { joint, depends_on, part: None, z: found.score.z, share: found.part, nearest: None, floors: None }
+        Self {
+            joint,
+            depends_on,
+            part: None,
+            z: found.score.z,
+            share: found.part,
+            nearest: None,
+            floors: None,
+        }
     }
 }
 
@@ -113,7 +121,8 @@ impl Ladder {
         let own: Vec<&Scored> =
             passing.iter().copied().filter(|s| self.candidates[s.candidate].joint == Some(worst)).collect();
         let formula = search.formula(&dependences)?;
-        let single = dependences.first().map_or(0.0, |d| d.part).max(formula.as_ref().map_or(0.0, |f| f.part));
+        let single =
+            dependences.first().map_or(0.0, |d| d.part).max(formula.as_ref().map_or(0.0, |f| f.part));
         // Two variables together are only tried where none of them alone comes near.
         let open = own.is_empty() && excess[worst] >= OF_TWO && single < POOR;
         let two = if open { search.two() } else { None };

@@ -2,14 +2,13 @@
 
 use std::ops::Range;
 
+use super::pieces::{Piece, Queue};
 use crate::effects::{Columns, Effect, Stretch};
 use crate::error::{Error, Result};
 use crate::kernels::Chain;
 use crate::robot::Robot;
 use crate::signals::{Folds, Rows, Run};
 
-/// Samples handled at once when columns are filtered.
-const PIECE: usize = 16_384;
 /// Slower than this a joint is about to turn round, or nearly rests [rad/s, m/s].
 const SLOW: f64 = 0.02;
 /// Part of a row's filter window at rest from which on the row counts as resting.
@@ -57,6 +56,8 @@ pub(super) struct Data {
     pub runs: Vec<Run>,
     /// Where the rows of each run lie in time.
     pub rows: Vec<Rows>,
+    /// What is computed of each run at once.
+    pieces: Vec<Vec<Piece>>,
     pub folds: Folds,
     /// Rows of each fold, as contiguous ranges.
     pub fold_ranges: Vec<Vec<Range<usize>>>,
@@ -91,6 +92,7 @@ impl Data {
         let mut data = Self {
             robot: robot.clone(),
             chain: Chain::new(robot),
+            pieces: runs.iter().map(Piece::of).collect(),
             runs,
             rows,
             folds,
@@ -156,31 +158,64 @@ impl Data {
 
     /// Columns of some terms of an effect; those of the others stay empty.
     pub fn columns_of(&self, effect: &dyn Effect, wanted: Option<&[usize]>) -> Result<Vec<Column>> {
-        let terms = effect.terms(&self.robot)?;
-        let mut columns: Vec<Column> = terms
-            .iter()
-            .enumerate()
-            .map(|(number, term)| {
-                let mut joints = term.joints.clone();
+        Ok(self.lowered(&[effect], wanted)?.pop().unwrap_or_default())
+    }
+
+    /// Columns of several effects, filtered side by side.
+    pub fn columns_of_each(&self, effects: &[&dyn Effect]) -> Result<Vec<Vec<Column>>> {
+        self.lowered(effects, None)
+    }
+
+    fn lowered(&self, effects: &[&dyn Effect], wanted: Option<&[usize]>) -> Result<Vec<Vec<Column>>> {
+        let empty = |effect: &&dyn Effect| -> Result<Vec<Column>> {
+            let column = |(number, mut joints): (usize, Vec<usize>)| {
                 if wanted.is_some_and(|w| !w.contains(&number)) {
                     joints.clear();
                 }
                 joints.sort_unstable();
-                Column {
-                    parts: joints.into_iter().map(|j| (j, Vec::with_capacity(self.count()))).collect(),
-                    in_interval: effect.interval().is_some(),
+                let parts = joints.into_iter().map(|j| (j, Vec::with_capacity(self.count()))).collect();
+                Column { parts, in_interval: effect.interval().is_some() }
+            };
+            let terms = effect.terms(&self.robot)?;
+            Ok(terms.into_iter().map(|term| term.joints).enumerate().map(column).collect())
+        };
+        let mut columns: Vec<Vec<Column>> = effects.iter().map(empty).collect::<Result<_>>()?;
+        let mut done = 0;
+        for (run, pieces) in self.runs.iter().zip(&self.pieces) {
+            let mut scratch = None;
+            for piece in pieces {
+                let range = piece.samples.clone();
+                let at = Stretch { robot: &self.robot, chain: &self.chain, run, range };
+                let mut queue = Queue::new(run, piece);
+                for (number, effect) in effects.iter().enumerate() {
+                    let mut wanted = |term: usize, joint: usize, fill: &mut dyn FnMut(&mut [f64])| {
+                        let parts = &columns[number][term].parts;
+                        let Some(place) = parts.iter().position(|(j, _)| *j == joint) else { return };
+                        queue.push((number, term, place), fill, &mut columns);
+                    };
+                    effect.columns(&at, &mut Columns { wanted: &mut wanted, scratch: &mut scratch })?;
                 }
-            })
-            .collect();
-        for run in &self.runs {
-            self.append(effect, run, &mut columns)?;
+                queue.let_through(&mut columns);
+                done += piece.rows;
+                // What an effect says nothing of is zero.
+                columns
+                    .iter_mut()
+                    .flatten()
+                    .flat_map(|c| &mut c.parts)
+                    .for_each(|(_, y)| y.resize(done, 0.0));
+            }
         }
         Ok(columns)
     }
 
     /// Columns of an effect that exists only in the runs where something changed.
     pub fn candidate_columns(&self, effect: &dyn Effect) -> Result<Vec<Column>> {
-        let mut columns = self.columns(effect)?;
+        Ok(self.candidate_columns_of_each(&[effect])?.pop().unwrap_or_default())
+    }
+
+    /// The same of several effects.
+    pub fn candidate_columns_of_each(&self, effects: &[&dyn Effect]) -> Result<Vec<Vec<Column>>> {
+        let mut columns = self.columns_of_each(effects)?;
         if self.changed.iter().any(|c| !c) {
             let keep: Vec<Range<usize>> = self
                 .run_ranges()
@@ -188,33 +223,9 @@ impl Data {
                 .zip(&self.changed)
                 .filter_map(|(range, changed)| changed.then_some(range))
                 .collect();
-            columns.iter_mut().for_each(|column| column.keep_only(&keep));
+            columns.iter_mut().flatten().for_each(|column| column.keep_only(&keep));
         }
         Ok(columns)
-    }
-
-    fn append(&self, effect: &dyn Effect, run: &Run, columns: &mut [Column]) -> Result<()> {
-        let mut room: Vec<f64> = Vec::new();
-        let mut scratch = None;
-        for piece in Piece::of(run) {
-            let at = Stretch { robot: &self.robot, chain: &self.chain, run, range: piece.samples.clone() };
-            let mut written: Vec<Vec<bool>> = columns.iter().map(|c| vec![false; c.parts.len()]).collect();
-            let mut wanted = |term: usize, joint: usize, fill: &mut dyn FnMut(&mut [f64])| {
-                let Some(place) = columns[term].parts.iter().position(|(j, _)| *j == joint) else { return };
-                room.clear();
-                room.resize(piece.samples.len(), 0.0);
-                fill(&mut room);
-                piece.rows_into(run, &room, &mut columns[term].parts[place].1);
-                written[term][place] = true;
-            };
-            effect.columns(&at, &mut Columns { wanted: &mut wanted, scratch: &mut scratch })?;
-            for (column, written) in columns.iter_mut().zip(&written) {
-                for ((_, rows), _) in column.parts.iter_mut().zip(written).filter(|(_, done)| !**done) {
-                    rows.resize(rows.len() + piece.rows, 0.0);
-                }
-            }
-        }
-        Ok(())
     }
 
     /// Rows of a column that a function fills at every sample of each run.
@@ -268,44 +279,4 @@ fn ranges_of(fold: &[u16], wanted: u16) -> Vec<Range<usize>> {
         }
     }
     ranges
-}
-
-/// Part of a run whose columns are computed at once, wide enough that the filter has settled in its rows.
-struct Piece {
-    samples: Range<usize>,
-    /// Samples of the rows, counted within `samples`.
-    inner: Range<usize>,
-    rows: usize,
-}
-
-impl Piece {
-    fn of(run: &Run) -> Vec<Self> {
-        let Some(plan) = &run.row_filter else {
-            let all = run.samples();
-            return vec![Self { samples: 0..all, inner: 0..all, rows: all }];
-        };
-        let (every, origin, count) = (plan.every, plan.range.start, plan.count());
-        let per_piece = (PIECE / every).max(1);
-        let margin = plan.filter.settle_samples(1e-12);
-        (0..count)
-            .step_by(per_piece)
-            .map(|first| {
-                let last = (first + per_piece).min(count);
-                let (from, to) = (origin + first * every, origin + (last - 1) * every + 1);
-                let samples = from.saturating_sub(margin)..(to + margin).min(run.samples());
-                Self { inner: from - samples.start..to - samples.start, samples, rows: last - first }
-            })
-            .collect()
-    }
-
-    fn rows_into(&self, run: &Run, column: &[f64], rows: &mut Vec<f64>) {
-        match &run.row_filter {
-            None => rows.extend_from_slice(column),
-            Some(plan) => {
-                let mut part = Vec::with_capacity(self.rows);
-                plan.filter.apply_decimated(column, self.inner.clone(), plan.every, &mut part);
-                rows.append(&mut part);
-            }
-        }
-    }
 }

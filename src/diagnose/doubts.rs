@@ -33,7 +33,8 @@ pub(super) fn inseparable(ladder: &Ladder) -> Vec<Inseparable> {
         let name = ladder.parts.get(rung.part).effect.about().name;
         for other in also_possible(ladder, rung) {
             let separating_motion = separating_motion(name, &other).to_string();
-            let same = |i: &&mut Inseparable| i.effects[0] == title && i.separating_motion == separating_motion;
+            let same =
+                |i: &&mut Inseparable| i.effects[0] == title && i.separating_motion == separating_motion;
             match all.iter_mut().find(same) {
                 Some(known) => known.effects.push(other),
                 None => all.push(Inseparable { effects: vec![title.clone(), other], separating_motion }),
@@ -92,7 +93,8 @@ pub(super) fn remainder(ladder: &Ladder, joint: usize) -> Option<String> {
     let percent = 100.0 * strongest.part;
     Some(format!(
         "{percent:.0} % of what is left depends on {} (z {:.1})",
-        strongest.variables.join(", "), strongest.score.z
+        strongest.variables.join(", "),
+        strongest.score.z
     ))
 }
 

@@ -21,7 +21,11 @@ pub(super) struct Beside {
 impl Beside {
     /// What columns, or the best of their alternatives, would bring.
     pub fn score(&self, data: &Data, alternatives: Vec<Vec<Arc<Column>>>) -> Option<Score> {
-        Projection::new(data, &self.present, alternatives, Ridge::None).score(data, &self.present, &self.response)
+        Projection::new(data, &self.present, alternatives, Ridge::None).score(
+            data,
+            &self.present,
+            &self.response,
+        )
     }
 }
 

@@ -35,6 +35,7 @@ mod nested;
 mod normal;
 mod parts;
 mod pictures;
+mod pieces;
 mod poor;
 mod present;
 mod refine;

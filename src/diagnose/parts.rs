@@ -93,13 +93,14 @@ impl Part {
             let step = STEP * shape.value.abs().max(0.05 * (shape.high - shape.low));
             // A difference may become one-sided at the end of the range, but never leaves it.
             let ends = [now[k] + step, now[k] - step].map(|x| x.clamp(shape.low, shape.high));
-            let at = |value: f64| -> Result<Vec<Column>> {
+            let moved = ends.map(|value| {
                 let mut moved = now.clone();
                 moved[k] = value;
-                data.candidate_columns(self.effect.with_shapes(&moved).as_ref())
-            };
-            let (up, down) = (at(ends[0])?, at(ends[1])?);
-            slopes.push(Arc::new(difference(&up, &down, values, 1.0 / (ends[0] - ends[1]).max(1e-12))));
+                self.effect.with_shapes(&moved)
+            });
+            let columns = data.candidate_columns_of_each(&[moved[0].as_ref(), moved[1].as_ref()])?;
+            let factor = 1.0 / (ends[0] - ends[1]).max(1e-12);
+            slopes.push(Arc::new(difference(&columns[0], &columns[1], values, factor)));
         }
         Ok(slopes)
     }
@@ -124,13 +125,21 @@ fn difference(up: &[Column], down: &[Column], values: &[f64], factor: f64) -> Co
     Column { parts: joints.into_iter().map(|j| (j, rows(j))).collect(), in_interval: false }
 }
 
+/// How the column of a sign changes with its width.
+#[derive(Debug, Clone)]
+struct Nuisance {
+    joint: usize,
+    width: f64,
+    column: Arc<Column>,
+}
+
 /// All parts of the model at hand.
 #[derive(Debug, Clone)]
 pub(super) struct Parts {
     parts: Vec<Part>,
     /// Width of the smoothed sign of each joint [rad/s].
     pub widths: Vec<f64>,
-    nuisances: Vec<Arc<Column>>,
+    nuisances: Vec<Nuisance>,
     /// Whether candidates exist in some of the runs only; the effects that were there may then change too.
     two_logs: bool,
 }
@@ -142,28 +151,33 @@ impl Parts {
         let parts: Vec<Part> = effects.into_iter().map(|e| Part::given(data, e)).collect::<Result<_>>()?;
         let mut this =
             Self { parts, widths, nuisances: Vec::new(), two_logs: data.changed.iter().any(|c| !c) };
-        this.renew_nuisances(data)?;
+        this.renew_nuisances(data, false)?;
         Ok(this)
     }
 
-    fn renew_nuisances(&mut self, data: &Data) -> Result<()> {
+    /// Nuisances of the parts as they are; on the `same` data, those that stay are not computed again.
+    fn renew_nuisances(&mut self, data: &Data, same: bool) -> Result<()> {
         let mut joints: Vec<usize> = Vec::new();
         for part in self.live().map(|(_, p)| p).filter(|p| has_sign(p.effect.as_ref())) {
             joints.extend(part.effect.terms(&data.robot)?.iter().flat_map(|t| t.joints.clone()));
         }
         joints.sort_unstable();
         joints.dedup();
-        let column = |joint: usize| {
+        let nuisance = |joint: usize| {
             let width = self.widths[joint];
+            let stays = |n: &&Nuisance| same && n.joint == joint && n.width.to_bits() == width.to_bits();
+            if let Some(there) = self.nuisances.iter().find(stays) {
+                return there.clone();
+            }
             // A difference over a factor of four: a slope at one width is too local.
             let rows = data.rows_of(|run, out| {
                 for (y, v) in out.iter_mut().zip(run.friction_dq(joint)) {
                     *y = libm::tanh(2.0 * v / width) - libm::tanh(0.5 * v / width);
                 }
             });
-            Arc::new(Column::of(joint, rows))
+            Nuisance { joint, width, column: Arc::new(Column::of(joint, rows)) }
         };
-        self.nuisances = joints.into_iter().map(column).collect();
+        self.nuisances = joints.into_iter().map(nuisance).collect();
         Ok(())
     }
 
@@ -202,7 +216,7 @@ impl Parts {
                 part.build(data)?;
             }
         }
-        self.renew_nuisances(data)
+        self.renew_nuisances(data, only_model_dependent)
     }
 
     /// Whether a part depends on the model's torque.
@@ -220,7 +234,7 @@ impl Parts {
         let kept = || self.live().filter(move |(k, _)| !parts.contains(k)).map(|(_, p)| p);
         let effects = kept().flat_map(|p| p.columns.iter().cloned());
         let slopes = kept().flat_map(|p| p.slopes.iter().cloned());
-        let columns = effects.chain(slopes).chain(self.nuisances.iter().cloned()).collect();
+        let columns = effects.chain(slopes).chain(self.nuisances.iter().map(|n| n.column.clone())).collect();
         Columns { columns, nuisances: self.nuisances.len() }
     }
 

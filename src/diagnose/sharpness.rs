@@ -58,14 +58,14 @@ pub(super) fn sharpen(parts: &mut Parts, data: &Data) -> Result<()> {
 
 fn width(data: &Data, present: &Present, effect: &dyn Effect, near: f64) -> Result<f64> {
     let at = |place: f64| near * libm::pow(AROUND, 2.0 * place / (TRIALS - 1) as f64 - 1.0);
-    let columns = |k: usize| -> Result<Vec<Arc<Column>>> {
-        let effect = effect.with_width(at(k as f64));
-        Ok(data.columns_of(effect.as_ref(), None)?.into_iter().map(Arc::new).collect())
-    };
-    let alternatives = (0..TRIALS).map(columns).collect::<Result<Vec<_>>>()?;
+    let effects: Vec<Box<dyn Effect>> = (0..TRIALS).map(|k| effect.with_width(at(k as f64))).collect();
+    let effects: Vec<&dyn Effect> = effects.iter().map(AsRef::as_ref).collect();
+    let shared = |columns: Vec<Column>| -> Vec<Arc<Column>> { columns.into_iter().map(Arc::new).collect() };
+    let alternatives: Vec<_> = data.columns_of_each(&effects)?.into_iter().map(shared).collect();
     let response = present.respond(data, data.tau.clone());
     let gain = |columns| {
-        let score = Projection::new(data, present, vec![columns], Ridge::None).score(data, present, &response);
+        let score =
+            Projection::new(data, present, vec![columns], Ridge::None).score(data, present, &response);
         score.map_or(f64::NEG_INFINITY, |s| s.gain)
     };
     let explained: Vec<f64> = alternatives.into_par_iter().map(gain).collect();

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::linalg::{Solution, Triangle, condition_number, product};
+use crate::linalg::{Solution, Triangle, condition_number, product, solved};
 use crate::model::Model;
 use crate::signals::{Folds, Run};
 
@@ -116,21 +116,27 @@ impl ErrorSums {
 /// columns mends.
 pub fn fit(model: &Model, evidence: &Evidence, left_out: Option<usize>, weighting: Weighting) -> Result<Fit> {
     let triangles = evidence.merged(left_out);
-    enough_rows(model, &triangles)?;
+    let (weights, found) = estimated(model, &triangles, weighting)?;
+    told(model, &triangles, &weights, found)
+}
+
+/// Parameters of a fit, with the weights of the joints that they settle at.
+fn estimated(model: &Model, triangles: &[Triangle], weighting: Weighting) -> Result<(Vec<f64>, Estimate)> {
+    enough_rows(model, triangles)?;
     let mut weights = vec![1.0; triangles.len()];
-    let mut fit = solve(model, &triangles, &weights)?;
+    let mut found = estimate(model, triangles, &weights)?;
     if weighting != Weighting::Ordinary {
         for _ in 0..JOINT_ROUNDS {
-            weights = joint_weights(&fit.errors.rms);
+            weights = joint_weights(&errors(model, triangles, &found.x).rms);
             // Torque that is zero throughout was not measured.
             let silent = |t: &Triangle| t.column_squares(t.columns() - 1) <= 0.0;
             if !triangles.iter().all(silent) {
-                weights.iter_mut().zip(&triangles).filter(|(_, t)| silent(t)).for_each(|(w, _)| *w = 0.0);
+                weights.iter_mut().zip(triangles).filter(|(_, t)| silent(t)).for_each(|(w, _)| *w = 0.0);
             }
-            fit = solve(model, &triangles, &weights)?;
+            found = estimate(model, triangles, &weights)?;
         }
     }
-    Ok(fit)
+    Ok((weights, found))
 }
 
 /// Fits all folds together with the rows of each joint weighed by a number that the caller knows, such as one
@@ -242,7 +248,7 @@ pub fn held_out(model: &Model, evidence: &Evidence, weighting: Weighting) -> Res
         if triangles.iter().all(|t| t.rows() == 0) {
             continue;
         }
-        let trained = fit(model, evidence, Some(fold), weighting).map_err(|e| {
+        let (_, trained) = estimated(model, &evidence.merged(Some(fold)), weighting).map_err(|e| {
             e.about(&format!("`hold_out` leaves too little when fold {} is held out", fold + 1))
         })?;
         for (joint, triangle) in triangles.iter().enumerate() {
@@ -275,6 +281,19 @@ pub fn errors(model: &Model, triangles: &[Triangle], x: &[f64]) -> Errors {
 }
 
 fn solve(model: &Model, triangles: &[Triangle], weights: &[f64]) -> Result<Fit> {
+    told(model, triangles, weights, estimate(model, triangles, weights)?)
+}
+
+/// Least-squares parameters under some weights, without their uncertainty.
+struct Estimate {
+    x: Vec<f64>,
+    unexcited: Vec<usize>,
+    /// Columns that are fitted, and the triangle over them.
+    kept: Vec<usize>,
+    total: Triangle,
+}
+
+fn estimate(model: &Model, triangles: &[Triangle], weights: &[f64]) -> Result<Estimate> {
     let p = model.columns.len();
     let all: Vec<usize> = (0..p).collect();
     let total = stack(model, triangles, weights, &all);
@@ -285,11 +304,20 @@ fn solve(model: &Model, triangles: &[Triangle], weights: &[f64]) -> Result<Fit> 
             .help("record a motion of every joint, or check the columns of the log"));
     }
     let total = if unexcited.is_empty() { total } else { stack(model, triangles, weights, &kept) };
+    let mut x = vec![0.0; p];
+    for (&column, value) in kept.iter().zip(solved(&total)?) {
+        x[column] = value;
+    }
+    Ok(Estimate { x, unexcited, kept, total })
+}
+
+/// All that is told of an estimate.
+fn told(model: &Model, triangles: &[Triangle], weights: &[f64], found: Estimate) -> Result<Fit> {
+    let Estimate { x, unexcited, kept, total } = found;
     let solution = Solution::new(&total)?;
     let variance = solution.variance().unwrap_or(f64::NAN);
-    let (mut x, mut classical_sd) = (vec![0.0; p], vec![f64::NAN; p]);
+    let mut classical_sd = vec![f64::NAN; x.len()];
     for (i, &column) in kept.iter().enumerate() {
-        x[column] = solution.x[i];
         classical_sd[column] = (variance * solution.inverse[(i, i)]).sqrt();
     }
     let unweighted = if weights.iter().all(|w| w.to_bits() == 1.0_f64.to_bits()) {

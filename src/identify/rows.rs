@@ -158,15 +158,22 @@ fn filtered(model: &Model, runs: &[Run], run: usize, range: Range<usize>, visit:
         let wide = samples.start.saturating_sub(margin)..(samples.end + margin).min(from.samples());
         let mut block = ModelBlock::new(model, wide.len());
         model.fill(from, wide.clone(), &mut block)?;
-        let pick = |column: &mut [f64]| -> Vec<f64> {
-            plan.filter.apply(column);
-            column[samples.start - wide.start..].iter().step_by(every).take(rows.len()).copied().collect()
+        let tau = from.tau.iter().take(block.joints.len()).map(|tau| &tau[wide.clone()]);
+        let columns: Vec<&[f64]> =
+            block.joints.iter().flat_map(|data| data.chunks_exact(block.stride)).chain(tau).collect();
+        let mut kept = vec![0.0; columns.len() * rows.len()];
+        let mut places: Vec<&mut [f64]> = kept.chunks_exact_mut(rows.len()).collect();
+        plan.filter.apply_together(&columns, samples.start - wide.start, every, &mut places);
+        let mut kept = kept.as_slice();
+        let mut next = |columns: usize| -> Vec<f64> {
+            let (own, others) = kept.split_at(columns * rows.len());
+            kept = others;
+            own.to_vec()
         };
-        let mut tau = Vec::new();
-        for (joint, data) in block.joints.iter_mut().enumerate() {
-            *data = data.chunks_exact_mut(block.stride).flat_map(&pick).collect();
-            tau.push(pick(&mut from.tau[joint][wide.clone()].to_vec()));
+        for data in &mut block.joints {
+            *data = next(data.len() / block.stride);
         }
+        let tau: Vec<Vec<f64>> = block.joints.iter().map(|_| next(1)).collect();
         block.stride = rows.len();
         visit(&RowView { run, rows, block: &block, offset: 0, tau: &tau, tau_offset: 0 })?;
     }

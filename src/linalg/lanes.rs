@@ -6,7 +6,7 @@ use pulp::{Arch, Simd, WithSimd};
 /// Rows are padded to a multiple of this.
 pub(super) const WIDTH: usize = 16;
 
-/// Reflects the columns `others` of a block (each as long as `pivot`, contiguous) at the vector whose lower
+/// Reflects the columns `others` of a block (as far as `pivot` is long, `stride` apart) at the vector whose lower
 /// part is `pivot`: with `s = head * tops[k] + pivot · column`, adds `s * over_beta` to the top entry and
 /// `s * over_both * pivot` to the column.
 ///
@@ -17,6 +17,7 @@ pub(super) struct Reflect<'a> {
     pub before: &'a [f64],
     pub pivot: &'a [f64],
     pub others: &'a mut [f64],
+    pub stride: usize,
     pub tops: &'a mut [f64],
     pub scales: &'a mut [f64],
     pub head: f64,
@@ -46,12 +47,12 @@ impl Reflect<'_> {
     fn update<S: Simd, const K: usize, const C: usize>(&mut self, simd: S, first: usize) {
         let length = self.pivot.len();
         let (before, pivot) = (registers::<S, K>(self.before), registers::<S, K>(self.pivot));
-        let mut rest = &mut self.others[first * length..(first + C) * length];
+        let mut rest = &mut self.others[first * self.stride..(first + C) * self.stride];
         let mut columns: [&mut [[S::f64s; K]]; C] = std::array::from_fn(|_| Default::default());
         let mut scales = [simd.splat_f64s(0.0); C];
         for c in 0..C {
-            let (column, others) = rest.split_at_mut(length);
-            columns[c] = registers_mut::<S, K>(column);
+            let (column, others) = rest.split_at_mut(self.stride);
+            columns[c] = registers_mut::<S, K>(&mut column[..length]);
             scales[c] = simd.splat_f64s(self.scales[first + c]);
             rest = others;
         }
@@ -269,6 +270,7 @@ mod tests {
             before: &before,
             pivot: &pivot,
             others: &mut others,
+            stride: length,
             tops: &mut tops,
             scales: &mut scales,
             head,

@@ -5,6 +5,7 @@ mod solve;
 mod triangle;
 
 pub(crate) use lanes::{dots, subtract_product};
+pub(crate) use solve::solved;
 pub use solve::{Solution, condition_number, product};
 pub use triangle::Triangle;
 

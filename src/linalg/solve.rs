@@ -25,21 +25,8 @@ impl Solution {
     /// When the columns are linearly dependent to working precision; the message names the column's number.
     pub fn new(triangle: &Triangle) -> Result<Self> {
         let n = triangle.columns() - 1;
-        let r = factor(triangle);
-        for j in 0..n {
-            let size = triangle.column_squares(j).sqrt();
-            let pivot = r[(j, j)].abs();
-            if pivot.is_nan() || pivot <= 1e-13 * size {
-                return Err(Error::new(format!(
-                    "column {j} of the regressor depends on the columns before it"
-                ))
-                .help("record a richer motion, or leave out the effect this column belongs to"));
-            }
-        }
-        let b = DVector::from_fn(n, |i, _| triangle.at(i, n));
-        let dependent = || Error::new("the regressor is singular");
-        let x = r.solve_upper_triangular(&b).ok_or_else(dependent)?;
-        let root = r.solve_upper_triangular(&DMatrix::identity(n, n)).ok_or_else(dependent)?;
+        let (r, x) = back_substituted(triangle)?;
+        let root = r.solve_upper_triangular(&DMatrix::identity(n, n)).ok_or_else(singular)?;
         Ok(Self {
             x: x.iter().copied().collect(),
             inverse: product(&root, &root.transpose()),
@@ -53,6 +40,35 @@ impl Solution {
         let free = self.rows.checked_sub(self.x.len()).filter(|&f| f > 0)?;
         Some(self.residual_squares / free as f64)
     }
+}
+
+/// The unknowns of a [`Solution`] alone, to the same bits.
+///
+/// # Errors
+/// As [`Solution::new`].
+pub(crate) fn solved(triangle: &Triangle) -> Result<Vec<f64>> {
+    Ok(back_substituted(triangle)?.1.iter().copied().collect())
+}
+
+/// The factor without its right-hand side, and the unknowns.
+fn back_substituted(triangle: &Triangle) -> Result<(DMatrix<f64>, DVector<f64>)> {
+    let n = triangle.columns() - 1;
+    let r = factor(triangle);
+    for j in 0..n {
+        let size = triangle.column_squares(j).sqrt();
+        let pivot = r[(j, j)].abs();
+        if pivot.is_nan() || pivot <= 1e-13 * size {
+            return Err(Error::new(format!("column {j} of the regressor depends on the columns before it"))
+                .help("record a richer motion, or leave out the effect this column belongs to"));
+        }
+    }
+    let b = DVector::from_fn(n, |i, _| triangle.at(i, n));
+    let x = r.solve_upper_triangular(&b).ok_or_else(singular)?;
+    Ok((r, x))
+}
+
+fn singular() -> Error {
+    Error::new("the regressor is singular")
 }
 
 /// Condition number in the 2-norm of the columns without the right-hand side, unscaled.

@@ -63,11 +63,13 @@ impl Triangle {
     pub fn absorb(&mut self, block: &mut [f64], rows: usize) {
         let length = Self::padded(rows);
         assert_eq!(block.len(), length * self.columns);
-        self.reflect(block, length);
+        self.reflect(block, length, |_| length);
         self.rows += rows;
     }
 
-    fn reflect(&mut self, block: &mut [f64], length: usize) {
+    /// Folds in a block of columns `length` long, of which the first `reach(j)` rows of column `j` and those before it
+    /// may differ from zero.
+    fn reflect(&mut self, block: &mut [f64], length: usize, reach: impl Fn(usize) -> usize) {
         if length == 0 {
             return;
         }
@@ -79,7 +81,9 @@ impl Triangle {
         for j in 0..n {
             let (left, others) = block.split_at_mut(j * length);
             let (pivot, others) = others.split_at_mut(length);
-            let before = pending.map_or(&none[..], |p| &left[p * length..(p + 1) * length]);
+            let reached = reach(j);
+            let pivot = &mut pivot[..reached];
+            let before = pending.map_or(&none[..reached], |p| &left[p * length..][..reached]);
             let below = add_scaled(pivot, scales[j], before);
             if below > 0.0 {
                 let alpha = self.r[j * n + j];
@@ -91,7 +95,8 @@ impl Triangle {
                 for (k, top) in (j + 1..n).zip(tops.iter_mut()) {
                     *top = self.r[k * n + j];
                 }
-                Reflect { before, pivot, others, tops, scales, head, over_beta: 1.0 / beta, over_both }.run();
+                let (stride, over_beta) = (length, 1.0 / beta);
+                Reflect { before, pivot, others, stride, tops, scales, head, over_beta, over_both }.run();
                 for (k, top) in (j + 1..n).zip(tops) {
                     self.r[k * n + j] = *top;
                 }
@@ -110,13 +115,19 @@ impl Triangle {
         assert_eq!(places.len(), other.columns);
         let length = Self::padded(other.columns);
         let mut block = vec![0.0; length * self.columns];
+        let mut reach = vec![0; self.columns];
         for (from, to) in places.iter().enumerate() {
             let Some(to) = to else { continue };
+            reach[*to] = Self::padded(from + 1);
             for row in 0..=from {
                 block[to * length + row] = weight * other.at(row, from);
             }
         }
-        self.reflect(&mut block, length);
+        // A triangle has nothing below its diagonal, and reflections at its columns in turn put nothing there.
+        for j in 1..self.columns {
+            reach[j] = reach[j].max(reach[j - 1]);
+        }
+        self.reflect(&mut block, length, |j| reach[j]);
         self.rows += other.rows;
     }
 
@@ -150,5 +161,40 @@ impl Triangle {
             size <= 0.0 || self.at(*j, *j).abs() <= 1e-9 * size
         };
         (0..self.columns - 1).filter(depends).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A triangle of rows without any order in them.
+    fn triangle(columns: usize, rows: usize, seed: usize) -> Triangle {
+        let mut room = Vec::new();
+        let mut all = Triangle::new(columns);
+        let block = Triangle::block(&mut room, columns, rows);
+        for (j, column) in block.chunks_exact_mut(Triangle::padded(rows)).enumerate() {
+            for (k, y) in column[..rows].iter_mut().enumerate() {
+                *y = libm::sin((seed + 7 * k * (j + 1) + j) as f64);
+            }
+        }
+        all.absorb(block, rows);
+        all
+    }
+
+    #[test]
+    fn merging_skips_the_zeros_of_a_triangle_and_keeps_the_bits() {
+        let columns = 45;
+        let (one, other) = (triangle(columns, 200, 1), triangle(columns, 130, 2));
+        let (mut merged, mut absorbed) = (one.clone(), one);
+        merged.merge_same(&other);
+        let mut room = Vec::new();
+        let block = Triangle::block(&mut room, columns, columns);
+        for (j, column) in block.chunks_exact_mut(Triangle::padded(columns)).enumerate() {
+            (0..columns).for_each(|i| column[i] = other.at(i, j));
+        }
+        absorbed.absorb(block, columns);
+        let bits = |t: &Triangle| t.r.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&merged), bits(&absorbed));
     }
 }

@@ -16,6 +16,7 @@
 //! [`Folds`] then says which rows are held out together. Logged accelerations are not used: they are
 //! differences taken by somebody else.
 
+mod bank;
 mod blocks;
 mod clean;
 mod clock;

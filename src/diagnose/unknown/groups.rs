@@ -73,8 +73,11 @@ impl Search<'_> {
             _ => Ridge::OfEach(RIDGE),
         };
         let variables = || vec![variable.name()];
-        let group =
-            |set: Vec<Function>| Group { variables: variables(), columns: self.columns_of(variable, &set), ridge };
+        let group = |set: Vec<Function>| Group {
+            variables: variables(),
+            columns: self.columns_of(variable, &set),
+            ridge,
+        };
         sets.into_iter().map(group).collect()
     }
 

@@ -134,7 +134,8 @@ impl Search<'_> {
             .into_iter()
             .flatten()
             .collect();
-        let of_time = |p: &Proposal| p.formula.variable == "time" && matches!(p.formula.shape, Curve::Wave { .. });
+        let of_time =
+            |p: &Proposal| p.formula.variable == "time" && matches!(p.formula.shape, Curve::Wave { .. });
         let (clocks, others): (Vec<Proposal>, Vec<Proposal>) = scored.into_iter().partition(of_time);
         let best = |all: Vec<Proposal>| {
             all.into_iter().reduce(|best, next| if next.part > best.part { next } else { best })
