@@ -75,6 +75,10 @@ impl Effect for Backlash {
         Box::new(self.clone())
     }
 
+    fn belongs_to(&self, robot: &Robot) -> Result<Option<usize>> {
+        self.joints.only_one(robot)
+    }
+
     fn needs_torque(&self) -> bool {
         true
     }

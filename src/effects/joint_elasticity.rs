@@ -66,8 +66,7 @@ impl Effect for JointElasticity {
     }
 
     fn belongs_to(&self, robot: &Robot) -> Result<Option<usize>> {
-        let joints = self.joints.indices(robot)?;
-        Ok(joints.first().copied().filter(|_| joints.len() == 1))
+        self.joints.only_one(robot)
     }
 
     fn needs_torque(&self) -> bool {

@@ -39,6 +39,12 @@ impl Joints {
         }
     }
 
+    /// The joint, where it is one.
+    pub(crate) fn only_one(&self, robot: &Robot) -> Result<Option<usize>> {
+        let joints = self.indices(robot)?;
+        Ok(joints.first().copied().filter(|_| joints.len() == 1))
+    }
+
     /// One symbol per joint the effect acts on: `prefix` and the joint's number.
     pub(crate) fn terms(&self, robot: &Robot, prefix: &str, unit: &'static str) -> Result<Vec<Term>> {
         self.terms_each(robot, &[(prefix, unit)])
