@@ -95,28 +95,15 @@ impl Request<'_> {
         Ok(data)
     }
 
-    /// The model to start from, its signs as sharp as the data want them.
-    pub(super) fn parts(&self, data: &Data, chosen: &Chosen) -> Result<Parts> {
-        let mut parts = Parts::new(data, self.effects(chosen)?, chosen.widths.clone())?;
-        if self.sharpens() {
-            sharpen(&mut parts, data)?;
-        }
-        Ok(parts)
-    }
-
-    /// That model, fitted, without any candidate.
+    /// The model to start from, its signs as sharp as the data want them, fitted, without any candidate.
     pub(super) fn bare(&self, data: Data, chosen: &Chosen) -> Result<Ladder> {
         let mut ladder = bare(data, self.effects(chosen)?, chosen, &self.limits)?;
-        if self.sharpens() {
+        // How sharp a sign is belongs to the signal step.
+        if self.choose_signals && matches!(self.start, Start::Effects(_)) {
             sharpen(&mut ladder.parts, &ladder.data)?;
             ladder.refit()?;
         }
         Ok(ladder)
-    }
-
-    /// Whether signs of the model to start from are made as sharp as the data want them.
-    fn sharpens(&self) -> bool {
-        self.choose_signals && matches!(self.start, Start::Effects(_))
     }
 
     /// Effects of the model to start from.

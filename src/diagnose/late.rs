@@ -6,12 +6,11 @@ use super::base::Base;
 use super::entry::Request;
 use super::ladder::{Ladder, Rung};
 use super::present::rms;
-use super::signals::Chosen;
+use super::signals::{Chosen, prepared};
 use super::telling::Telling;
 use crate::effects::{Effect, Joints, TimeDelay};
 use crate::error::Result;
 use crate::log::Log;
-use crate::signals::{Run, prepare};
 
 /// A delay below this part of a sampling time is the clock's doing, not worth a word beside physics.
 pub(super) const OF_A_SAMPLE: f64 = 0.5;
@@ -54,9 +53,7 @@ impl Late {
     pub fn settle(&mut self, request: &Request<'_>, chosen: &Chosen, logs: &[Log]) -> Result<()> {
         let whole = TimeDelay { joints: Joints::All };
         for _ in 0..SETTLINGS {
-            let mended = self.mended(logs);
-            let runs: Vec<Run> =
-                mended.iter().map(|log| Ok(prepare(log, &chosen.settings)?.0)).collect::<Result<_>>()?;
+            let (runs, _) = prepared(&self.mended(logs), &chosen.settings)?;
             let mut ladder = request.bare(request.data(chosen, runs)?, chosen)?;
             ladder.refresh_torque()?;
             let left = ladder.values(&whole)?[0];

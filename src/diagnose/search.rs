@@ -4,10 +4,10 @@ use super::data::Data;
 use super::doubts;
 use super::entry::Request;
 use super::ladder::Ladder;
-use super::signals::Chosen;
+use super::signals::{Chosen, prepared};
 use crate::error::Result;
 use crate::log::Log;
-use crate::signals::{Run, Settings, prepare};
+use crate::signals::Settings;
 
 /// Rounds of climbing and looking back at most.
 const ROUNDS: usize = 3;
@@ -58,6 +58,5 @@ pub(super) fn search(ladder: &mut Ladder, seed: u64, say: &mut dyn FnMut(&str)) 
 fn smoother(request: &Request<'_>, chosen: &Chosen, logs: &[Log]) -> Result<Data> {
     let settings =
         Settings { position_cutoff_hz: 0.5 * chosen.settings.position_cutoff_hz, ..chosen.settings.clone() };
-    let runs: Vec<Run> = logs.iter().map(|log| Ok(prepare(log, &settings)?.0)).collect::<Result<_>>()?;
-    request.data(chosen, runs)
+    request.data(chosen, prepared(logs, &settings)?.0)
 }

@@ -27,6 +27,12 @@ pub(super) struct Chosen {
     pub widths: Vec<f64>,
 }
 
+/// Logs through the signal step.
+pub(super) fn prepared(logs: &[Log], settings: &Settings) -> Result<(Vec<Run>, Vec<SignalReport>)> {
+    let both: Vec<_> = logs.iter().map(|log| prepare(log, settings)).collect::<Result<_>>()?;
+    Ok(both.into_iter().unzip())
+}
+
 /// What is being chosen for.
 pub(super) struct Choice<'a> {
     pub robot: &'a Robot,
@@ -43,7 +49,7 @@ impl Choice<'_> {
         let mut settings = Settings { mode: Mode::Parallel, ..self.settings.clone() };
         let dof = self.robot.dof();
         let usual = vec![WIDTHS[0]; dof];
-        let first = self.prepare(&settings)?;
+        let first = prepared(self.logs, &settings)?;
         let folds = (self.folds)(&first.0)?;
         if self.free {
             say("choosing the source and the cut-off of velocities");
@@ -62,7 +68,7 @@ impl Choice<'_> {
             for &from in sources {
                 for hz in POSITION_HZ {
                     let candidate = tried(from, hz);
-                    let Ok((runs, _)) = self.prepare(&candidate) else { continue };
+                    let Ok((runs, _)) = prepared(self.logs, &candidate) else { continue };
                     let error: f64 = self.errors(&runs, &folds, &usual)?.iter().map(|r| libm::log(*r)).sum();
                     if best.as_ref().is_none_or(|(least, _)| error < *least) {
                         best = Some((error, candidate));
@@ -75,7 +81,7 @@ impl Choice<'_> {
         }
         say("choosing the smoothing of the sign");
         let (settings, widths) = self.sign(settings, &folds)?;
-        let (runs, reports) = self.prepare(&settings)?;
+        let (runs, reports) = prepared(self.logs, &settings)?;
         Ok(Chosen { settings, runs, reports, folds, widths })
     }
 
@@ -91,7 +97,7 @@ impl Choice<'_> {
         let mut best: Option<(f64, Settings, Vec<f64>)> = None;
         for cutoff in choices {
             let candidate = Settings { friction_cutoff_hz: cutoff, ..settings.clone() };
-            let Ok((runs, _)) = self.prepare(&candidate) else { continue };
+            let Ok((runs, _)) = prepared(self.logs, &candidate) else { continue };
             let mut least = vec![(f64::INFINITY, WIDTHS[0]); dof];
             for width in WIDTHS {
                 let errors = self.errors(&runs, folds, &vec![width; dof])?;
@@ -107,11 +113,6 @@ impl Choice<'_> {
             }
         }
         Ok(best.map_or_else(|| (settings, vec![WIDTHS[0]; dof]), |(_, s, w)| (s, w)))
-    }
-
-    fn prepare(&self, settings: &Settings) -> Result<(Vec<Run>, Vec<SignalReport>)> {
-        let both: Vec<_> = self.logs.iter().map(|log| prepare(log, settings)).collect::<Result<_>>()?;
-        Ok(both.into_iter().unzip())
     }
 
     /// Held-out rms of each joint under rigid body, viscous and Coulomb friction and offset.
@@ -148,8 +149,7 @@ pub(super) fn again(
     for direction in [up, down] {
         for hz in direction {
             let settings = Settings { position_cutoff_hz: hz, ..chosen.settings.clone() };
-            let prepared: Vec<_> = logs.iter().map(|log| prepare(log, &settings)).collect::<Result<_>>()?;
-            let (runs, reports): (Vec<Run>, Vec<SignalReport>) = prepared.into_iter().unzip();
+            let (runs, reports) = prepared(logs, &settings)?;
             let there = error(&ladder.on(request.data(chosen, runs.clone())?)?);
             if there >= best.0 {
                 break;

@@ -76,9 +76,9 @@ pub(super) fn validate(
 /// When logs or settings cannot be used.
 pub fn unseen_error(request: &Request<'_>) -> Result<Vec<f64>> {
     let logs = request.all_logs();
-    let chosen = request.choose(&logs, &mut |_| {})?;
-    let data = request.data(&chosen, chosen.runs.clone())?;
-    let parts = request.parts(&data, &chosen)?;
+    let mut chosen = request.choose(&logs, &mut |_| {})?;
+    let runs = std::mem::take(&mut chosen.runs);
+    let Ladder { data, parts, .. } = request.bare(request.data(&chosen, runs)?, &chosen)?;
     let runs = unseen_runs(&data, &request.validate, &chosen)?;
     Ok(predicted(&data, parts.shared_effects(), &runs)?.0.rms)
 }

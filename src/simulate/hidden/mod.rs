@@ -16,7 +16,7 @@ use crate::effects::{CoulombFriction, Effect, Joints, RigidBody, TorqueOffset, V
 use crate::error::{Error, Result};
 use crate::excitation::{FourierMotion, Ramped};
 use crate::log::Log;
-use crate::plant::{Plant, PlantEffect};
+use crate::plant::PlantEffect;
 use crate::random::Stream;
 use crate::robot::Robot;
 
@@ -125,7 +125,7 @@ pub fn hidden(choices: &[Choice], seed: u64) -> Result<Draw> {
             Err(reason) => return Ok(Draw::Excluded(reason)),
         }
     }
-    record(&plant, baseline, secrets, yardstick.noise, seed)
+    record(&yardstick, baseline, secrets, seed)
 }
 
 /// Sizes one effect by its strength, or says why that cannot be.
@@ -157,21 +157,24 @@ fn secret(
 }
 
 fn record(
-    plant: &Plant,
+    yardstick: &Yardstick<'_>,
     baseline: Vec<Box<dyn Effect>>,
     secrets: Vec<Secret>,
-    noise: Vec<f64>,
     seed: u64,
 ) -> Result<Draw> {
+    let plant = yardstick.plant;
     let two_states = secrets.iter().any(|s| families::scope(s.family) == Scope::TwoLogs);
     let states = if two_states { 2 * FIT_LOGS } else { FIT_LOGS };
     let log = |number: u64, with: &dyn Fn(&Secret) -> bool| -> Result<Log> {
-        let motion = motion(&plant.robot, seed, number)?;
         let chosen: Vec<&dyn PlantEffect> =
             secrets.iter().filter(|s| with(s)).flat_map(|s| &s.effects).map(AsRef::as_ref).collect();
-        let mut log = plant.simulate_among(&chosen, &motion, motion.total_s(), noise_seed(seed, number))?.log;
-        log.name = format!("log {}", number + 1);
-        Ok(log)
+        // With nothing hidden the first motions have been recorded to measure the noise.
+        if let Some(there) = yardstick.logs.get(number as usize).filter(|_| chosen.is_empty()) {
+            return Ok(named(there.clone(), number));
+        }
+        let motion = motion(&plant.robot, seed, number)?;
+        let log = plant.simulate_among(&chosen, &motion, motion.total_s(), noise_seed(seed, number))?.log;
+        Ok(named(log, number))
     };
     let event = |s: &Secret| families::scope(s.family) == Scope::Event;
     let all = |number: u64| log(number, &|s| number == 0 || !event(s));
@@ -196,8 +199,12 @@ fn record(
         fit_without,
         unseen_without,
         secrets,
-        noise,
+        noise: yardstick.noise.clone(),
     })))
+}
+
+fn named(log: Log, number: u64) -> Log {
+    Log { name: format!("log {}", number + 1), ..log }
 }
 
 /// Random motion number `number` of a data set.

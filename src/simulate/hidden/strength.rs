@@ -7,6 +7,7 @@ use crate::effects::Effect;
 use crate::error::{Error, Result};
 use crate::excitation::{FourierMotion, Ramped};
 use crate::identify::{Evidence, Weighting, fit, fit_with_weights};
+use crate::log::Log;
 use crate::model::Model;
 use crate::plant::{Plant, PlantEffect};
 use crate::signals::{Folds, Mode, Run, Settings, prepare};
@@ -20,12 +21,15 @@ const LOOKS: usize = 4;
 
 /// Measures what the baseline leaves of an effect on the motions that will be fitted, with the same noise each time.
 pub(super) struct Yardstick<'a> {
-    plant: &'a Plant,
+    pub(super) plant: &'a Plant,
     model: Model,
     /// Motions, each with the seed of its noise.
     motions: Vec<(Ramped<FourierMotion>, u64)>,
     /// Residual of the baseline with nothing hidden [N m].
     pub(super) noise: Vec<f64>,
+    /// Logs of the motions with nothing hidden, and their runs.
+    pub(super) logs: Vec<Log>,
+    runs: Vec<Run>,
 }
 
 impl<'a> Yardstick<'a> {
@@ -35,8 +39,10 @@ impl<'a> Yardstick<'a> {
         motions: Vec<(Ramped<FourierMotion>, u64)>,
     ) -> Result<Self> {
         let model = Model::new(&plant.robot, baseline.to_vec())?;
-        let mut yardstick = Self { plant, model, motions, noise: Vec::new() };
-        yardstick.noise = yardstick.residual(&[], &[])?;
+        let (noise, logs, runs) = (Vec::new(), Vec::new(), Vec::new());
+        let mut yardstick = Self { plant, model, motions, noise, logs, runs };
+        (yardstick.logs, yardstick.runs) = yardstick.simulated(&[])?.into_iter().unzip();
+        yardstick.noise = yardstick.residual(yardstick.runs.clone())?;
         Ok(yardstick)
     }
 
@@ -50,10 +56,13 @@ impl<'a> Yardstick<'a> {
     ) -> Result<f64> {
         // Where two states are compared, the first one pins down what is known of the robot.
         let two = family.scope == Scope::TwoLogs;
-        let reference = if two { self.runs(&[])? } else { Vec::new() };
+        let reference: &[Run] = if two { &self.runs } else { &[] };
         let mut size = family.unit;
         for look in 0..LOOKS {
-            let residual = self.residual(&effects(size), &reference)?;
+            let mut runs: Vec<Run> =
+                self.simulated(&effects(size))?.into_iter().map(|(_, run)| run).collect();
+            runs.extend_from_slice(reference);
+            let residual = self.residual(runs)?;
             let of = |j: usize| (residual[j].powi(2) / self.noise[j].powi(2) - 1.0).max(0.0).sqrt();
             let seen = match family.scope {
                 Scope::Joint => of(joint),
@@ -69,19 +78,18 @@ impl<'a> Yardstick<'a> {
     }
 
     /// The plant along all motions, through the signal step.
-    fn runs(&self, effects: &[Box<dyn PlantEffect>]) -> Result<Vec<Run>> {
+    fn simulated(&self, effects: &[Box<dyn PlantEffect>]) -> Result<Vec<(Log, Run)>> {
         let settings = Settings { mode: Mode::Parallel, band_hz: 8.0, trim_s: 1.0, ..Settings::default() };
         let run = |(motion, seed): &(Ramped<FourierMotion>, u64)| {
             let log = self.plant.simulate_with(effects, motion, motion.total_s(), *seed)?.log;
-            Ok(prepare(&log, &settings)?.0)
+            let run = prepare(&log, &settings)?.0;
+            Ok((log, run))
         };
         self.motions.par_iter().map(run).collect()
     }
 
     /// Residual rms of the baseline by joint, in its band [N m].
-    fn residual(&self, effects: &[Box<dyn PlantEffect>], reference: &[Run]) -> Result<Vec<f64>> {
-        let mut runs = self.runs(effects)?;
-        runs.extend_from_slice(reference);
+    fn residual(&self, runs: Vec<Run>) -> Result<Vec<f64>> {
         let folds = Folds::choose(&runs.iter().collect::<Vec<_>>())?;
         let evidence = Evidence::collect(&self.model, &runs, &folds)?;
         if self.noise.is_empty() {
