@@ -23,6 +23,8 @@ const OF_TWO: f64 = 3.0;
 const POOR: f64 = 0.6;
 /// A joint whose reducible error is this many squared floors when the search ends lacks something, whatever it follows.
 const FAR: f64 = 15.0;
+/// Unless it is less than this part of the joint's torque.
+const MATTERS: f64 = 0.02;
 /// Replicates that show what chance does.
 const REPLICATES: usize = 19;
 /// A formula must leave less than this part of what the named effect leaves.
@@ -262,8 +264,13 @@ impl Ladder {
     /// Takes note of joints that nothing was found for and whose error is far above their floor all the same.
     pub fn note_unfollowed(&mut self) {
         self.unknown.retain(|u| !u.depends_on.is_empty());
-        for (joint, excess) in self.excess().into_iter().enumerate() {
-            if excess >= FAR && self.unknown.iter().all(|u| u.joint != joint) {
+        for joint in (0..self.data.dof()).filter(|&j| !self.data.still[j] && !self.data.silent[j]) {
+            // Rows near rest are left out: a sign that is a little too sharp or too soft leaves something there.
+            let rows = self.response.residual[joint].iter().zip(&self.data.resting[joint]);
+            let moving: Vec<f64> = rows.filter(|(_, resting)| !**resting).map(|(r, _)| *r).collect();
+            let excess = (rms(&moving) / self.floor.rms[joint]).powi(2) - 1.0;
+            let matters = rms(&moving) >= MATTERS * rms(&self.data.tau[joint]);
+            if matters && excess >= FAR && self.unknown.iter().all(|u| u.joint != joint) {
                 self.unknown.push(Unknown {
                     joint,
                     depends_on: Vec::new(),
