@@ -86,6 +86,9 @@ pub struct Scenario {
     /// slack. Not computed when not given.
     #[serde(default)]
     pub intervals: Option<Slack>,
+    /// Whether to look for what is missing beside these effects, as `lacuna diagnose` does.
+    #[serde(default)]
+    pub diagnosis: bool,
     /// Other files of the same robot, whose inertias stand beside the retrieved ones under the robots' names.
     #[serde(default)]
     pub beside: Vec<PathBuf>,

@@ -48,6 +48,28 @@ fn json_is_one_document_on_stdout() {
 }
 
 #[test]
+fn a_scenario_that_asks_for_a_diagnosis_has_it_in_its_report() {
+    let folder = Folder::new();
+    let study = |more: &str| {
+        format!(
+            "(robot: \"arm.ron\", logs: Files(fit: [\"log.csv\"]), signals: (mode: Parallel, band_hz: 8.0){more})"
+        )
+    };
+    folder.write("plain.ron", study(""));
+    folder.write("asked.ron", study(", diagnosis: true"));
+    assert!(json(&folder.run(&["scenario", "plain.ron", "--json"]))["diagnosis"].is_null());
+    let report = json(&folder.run(&["scenario", "asked.ron", "--json"]));
+    assert_eq!(report["diagnosis"]["timing"], serde_json::json!({}), "wall-clock figures stand in one place");
+    assert!(report["timing"]["diagnosis"].as_f64().is_some());
+    let alone = folder.run(&["diagnose", "asked.ron", "--json"]).out;
+    let mut alone: Value = serde_json::from_str(&alone).expect("one document");
+    alone["timing"] = serde_json::json!({});
+    assert_eq!(report["diagnosis"], alone);
+    let page = std::fs::read_to_string(folder.path("out/asked/report.html")).expect("written");
+    assert!(page.contains(&format!("\"verdict\":{}", report["diagnosis"]["verdict"])), "the page shows it");
+}
+
+#[test]
 fn progress_goes_to_stderr_and_quiet_silences_it() {
     let folder = Folder::new();
     let loud = folder.run(&["scenario", "good.ron"]);

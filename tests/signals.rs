@@ -1,6 +1,9 @@
 //! The signal step on simulated readers with known truth, and on real logs where `LACUNA_DATA` names
 //! a folder that has them.
 
+#[path = "signals/thinning.rs"]
+mod thinning;
+
 use std::path::PathBuf;
 
 use lacuna::log::Log;

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::report::{Problem, Report, Section};
 use super::{
-    Kind, LogFacts, RobotFacts, effect_script, fields, kind, log, log_against_robot, misplaced, scenario,
-    script,
+    Findings, Kind, LogFacts, RobotFacts, effect_script, fields, kind, log, log_against_robot, misplaced,
+    scenario, script,
 };
 use crate::constraints::{LinkSpace, forms, open};
 use crate::error::{Error, Result};
@@ -14,6 +14,7 @@ use crate::log::{ColumnMap, Log, StaticPoses};
 use crate::model_file::ModelFile;
 use crate::robot::Robot;
 use crate::scenario::{Published, PublishedFriction};
+use crate::signals::{Mode, Settings, thinned};
 use crate::simulate;
 use crate::text;
 
@@ -75,6 +76,16 @@ pub(super) fn open_robot(path: &Path, gravity: Option<[f64; 3]>) -> Result<(Robo
     Ok((robot, other.map(under)))
 }
 
+/// Tests units, signs, order and mounting of a log that is at hand against a robot file, under this gravity where it is
+/// given [m/s², base frame].
+///
+/// # Errors
+/// When the robot cannot be read, or the log is too short or too slow to tell.
+pub fn log_against_file(robot: &Path, gravity: Option<[f64; 3]>, log: &Log) -> Result<Findings> {
+    let (robot, other) = open_robot(robot, gravity)?;
+    log_against_robot(&robot, log, other.as_ref())
+}
+
 fn robot(path: &Path, options: &Options, report: &mut Report) -> Result<()> {
     let (robot, other) = open_robot(path, options.gravity)?;
     describe(&robot, report);
@@ -126,6 +137,8 @@ pub(super) fn against(
     report: &mut Report,
 ) -> Result<()> {
     let log = Log::open(path, robot, map).map_err(|e| misplaced(e, path, &[Kind::Log]))?;
+    // What is looked for shows in every so-many-th sample of a very long log as well.
+    let log = thinned(log, &Settings { mode: Mode::Parallel, ..Settings::default() })?;
     report.logs.push(LogFacts::new(&log, robot));
     let findings = log_against_robot(robot, &log, other)?;
     report.next = if findings.is_sound() {

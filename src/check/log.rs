@@ -65,7 +65,7 @@ impl LogFacts {
         let mut facts = Self {
             name: log.name.clone(),
             joints: ranges(log, robot),
-            rows: log.rows(),
+            rows: log.thinned.as_ref().map_or(log.rows(), |t| t.rows),
             left_out: BTreeMap::new(),
             ignored: log.ignored.clone(),
             quantities: quantities(log),

@@ -15,7 +15,7 @@ mod robot;
 mod scenario;
 mod script;
 
-pub use file::{Options, file};
+pub use file::{Options, file, log_against_file};
 pub use kind::{Kind, misplaced, recognise};
 pub use log::{JointRange, LogFacts};
 pub use pair::{Finding, Findings, Severity, log_against_robot};

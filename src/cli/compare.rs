@@ -4,7 +4,7 @@ use lacuna::log::ColumnMap;
 use lacuna::model_file::ModelFile;
 use lacuna::predict::{predict, prediction_errors};
 use lacuna::report::{JointError, cut, finite, hanging, joint_errors};
-use lacuna::signals::prepare;
+use lacuna::signals::{prepare, thinned};
 use lacuna::{Error, Result, text};
 use serde::{Serialize, Serializer};
 
@@ -49,7 +49,7 @@ pub(super) fn run(
     let robot = open_robot(robot, gravity)?;
     let files: Vec<ModelFile> = models.iter().map(|m| open_model(m)).collect::<Result<_>>()?;
     let columns = columns.map(ColumnMap::open).transpose()?;
-    let log = open_log(data, &robot, columns.as_ref())?;
+    let log = thinned(open_log(data, &robot, columns.as_ref())?, &files[0].signals)?;
     let (run, signals) = prepare(&log, &files[0].signals)?;
     let runs = [run];
     let names: Vec<String> = robot.joints.iter().map(|j| j.name.clone()).collect();

@@ -11,22 +11,14 @@ use lacuna::{Error, Result, report, text};
 
 use super::console::Console;
 use super::interrupt::Interrupt;
+use super::sources::Sources;
 use super::{Global, json, print, print_json};
 
 /// Flags of `lacuna diagnose`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Diagnose {
-    /// Scenario file (RON); or give --robot and --data.
-    scenario: Option<PathBuf>,
-    /// Robot file: URDF, or a Denavit-Hartenberg table in RON.
-    #[arg(long, value_name = "FILE")]
-    robot: Option<PathBuf>,
-    /// Log to explain (CSV); repeat the flag for several.
-    #[arg(long, value_name = "CSV")]
-    data: Vec<PathBuf>,
-    /// A log that is never fitted (CSV).
-    #[arg(long, value_name = "CSV")]
-    validate: Vec<PathBuf>,
+    #[command(flatten)]
+    from: Sources,
     /// A log of the same robot before something changed (CSV): candidates exist in --data only, so that the answer is
     /// what changed (a payload with mass and centre of mass, friction, a sensor).
     #[arg(long, value_name = "CSV")]
@@ -48,12 +40,6 @@ pub(super) struct Diagnose {
     /// Repeat the search on the data before this time [s], and score it on the rest.
     #[arg(long, value_name = "SECONDS")]
     nested: Option<f64>,
-    /// Column map for a log with foreign headers: a file, or the name of a shipped one.
-    #[arg(long, value_name = "MAP")]
-    columns: Option<PathBuf>,
-    /// Gravity in the base frame [m/s²], instead of the robot file's.
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
-    gravity: Option<String>,
     /// Band in which model and measurement are compared [Hz].
     #[arg(long, value_name = "HZ")]
     band: Option<f64>,
@@ -105,7 +91,7 @@ impl Diagnose {
     }
 
     fn inputs(&self) -> Result<inputs::Inputs> {
-        match (&self.scenario, &self.robot) {
+        match (&self.from.scenario, &self.from.robot) {
             (Some(file), Some(_)) => {
                 let both = Error::new("both a scenario and --robot are given")
                     .help("give the scenario, or --robot and --data");
@@ -120,7 +106,7 @@ impl Diagnose {
 
     /// Name of the scenario, or of the first log.
     fn title(&self) -> String {
-        let file = self.scenario.as_deref().or(self.data.first().map(PathBuf::as_path));
+        let file = self.from.scenario.as_deref().or(self.from.data.first().map(PathBuf::as_path));
         file.and_then(Path::file_stem).map_or_else(String::new, |s| s.to_string_lossy().into_owned())
     }
 
@@ -190,19 +176,22 @@ impl Diagnose {
     /// The command, with what was added up to now.
     fn so_far(&self, robot: &Path) -> String {
         let mut command = String::from("lacuna diagnose");
-        match &self.scenario {
+        match &self.from.scenario {
             Some(file) => command += &format!(" {}", file.display()),
             None => command += &format!(" --robot {}", robot.display()),
         }
-        let files =
-            [("--data", &self.data), ("--validate", &self.validate), ("--reference", &self.reference)];
+        let files = [
+            ("--data", &self.from.data),
+            ("--validate", &self.from.validate),
+            ("--reference", &self.reference),
+        ];
         for (flag, file) in files.iter().flat_map(|(flag, all)| all.iter().map(move |file| (flag, file))) {
             command += &format!(" {flag} {}", file.display());
         }
-        if let Some(map) = &self.columns {
+        if let Some(map) = &self.from.columns {
             command += &format!(" --columns {}", map.display());
         }
-        let texts = [("--model", &self.model), ("--gravity", &self.gravity)];
+        let texts = [("--model", &self.model), ("--gravity", &self.from.gravity)];
         for (flag, text) in texts.iter().filter_map(|(flag, text)| Some((flag, text.as_ref()?))) {
             command += &format!(" {flag} {text}");
         }

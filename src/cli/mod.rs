@@ -12,6 +12,7 @@ mod list;
 mod offered;
 mod scenario;
 mod simulate;
+mod sources;
 mod workbench;
 
 use std::path::{Path, PathBuf};
@@ -105,7 +106,7 @@ enum Command {
     Export(export::Export),
     /// Inverse dynamics with the inertias of the robot file or of a model, as CSV on stdout.
     Dynamics(dynamics::Dynamics),
-    /// Open a local page to work on a study: see, add, undo, compare, retrieve.
+    /// Open a local page to work on a study: see, add, undo, compare, retrieve. Files may also be dropped into it.
     Workbench(workbench::Workbench),
     /// Make measurements of a described plant: hidden effects, controller, sensors, noise.
     Simulate {

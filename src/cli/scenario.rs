@@ -64,7 +64,7 @@ pub(super) fn run(file: &Path, data: Vec<PathBuf>, global: &Global, console: &Co
 fn write_page(outcome: &Outcome, out: &Path) -> Result<()> {
     let page = report::page::Page {
         title: &outcome.report.scenario,
-        diagnosis: None,
+        diagnosis: outcome.report.diagnosis.as_ref(),
         report: Some(&outcome.report),
         pictures: outcome.pictures.as_ref(),
     };

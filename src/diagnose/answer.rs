@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::signals::ThinnedReport;
+
 /// What comparing model and measurement found.
 #[derive(Debug, Clone, Serialize)]
 pub struct Diagnosis {
@@ -84,6 +86,8 @@ pub struct Signals {
     pub rows_used: usize,
     /// Rows of the logs that were left out, by reason.
     pub rows_dropped: BTreeMap<String, usize>,
+    /// Very long logs of which only every so-many-th sample was kept, by name.
+    pub thinned: BTreeMap<String, ThinnedReport>,
     /// How data were held out.
     pub folds: String,
 }

@@ -234,8 +234,13 @@ impl Ladder {
             .par_iter()
             .enumerate()
             .filter_map(|(candidate, projection)| {
-                let score = projection.as_ref()?.score(&self.data, &self.present, &self.response)?;
-                let usefulness = self.usefulness(self.candidates[candidate].joint, &score);
+                let mut score = projection.as_ref()?.score(&self.data, &self.present, &self.response)?;
+                let own = &self.candidates[candidate];
+                let usefulness = self.usefulness(own.joint, &score);
+                // Rows of what cannot be chosen are compared with nothing; those of a long log fill the memory.
+                if own.order > PLAIN && !self.passes(own.joint, usefulness, &score) {
+                    score.effect = Vec::new();
+                }
                 Some(Scored { candidate, score, usefulness })
             })
             .collect();

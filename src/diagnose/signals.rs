@@ -49,8 +49,7 @@ impl Choice<'_> {
         let mut settings = Settings { mode: Mode::Parallel, ..self.settings.clone() };
         let dof = self.robot.dof();
         let usual = vec![WIDTHS[0]; dof];
-        let first = prepared(self.logs, &settings)?;
-        let folds = (self.folds)(&first.0)?;
+        let folds = (self.folds)(&prepared(self.logs, &settings)?.0)?;
         if self.free {
             say("choosing the source and the cut-off of velocities");
             let logged = self.logs.iter().all(|log| log.dq.is_some());

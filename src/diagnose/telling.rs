@@ -88,6 +88,7 @@ impl Telling<'_> {
             *dropped.entry(reason.clone()).or_default() += count;
         }
         let report = self.chosen.reports.first();
+        let thinned = self.chosen.reports.iter().filter_map(|r| Some((r.log.clone(), r.thinned.clone()?)));
         Signals {
             mode: "parallel",
             band_hz: self.chosen.settings.band_hz,
@@ -98,6 +99,7 @@ impl Telling<'_> {
             trim_s: self.chosen.settings.trim_s,
             rows_used: self.ladder.data.count(),
             rows_dropped: dropped,
+            thinned: thinned.collect(),
             folds: self.ladder.data.folds.description.clone(),
         }
     }
@@ -166,15 +168,32 @@ impl Telling<'_> {
             .max_by(|a, b| part(a).total_cmp(&part(b)));
         let refit = self.base.missing(self.ladder, &self.x).and(self.base.refit.as_ref());
         let refit = refit.filter(|r| of(&r.score) >= cause.map_or(CAUSE * excess[worst], part));
+        // What the user added explains a part of the same error.
+        let others = refit.map(|r| of(&r.score)).into_iter().chain(cause.map(part));
+        let least = others.fold(CAUSE * excess[worst], f64::max);
+        let added = self.added_most(worst).filter(|(_, part)| *part >= least);
         Some(First {
             joint: self.name(worst),
             share_of_reducible_percent: 100.0 * excess[worst] / total.max(1e-300),
-            cause: match (refit, cause.filter(|r| !self.is_formula(r.part))) {
-                (Some(_), _) => "rigid_body".to_string(),
-                (None, Some(rung)) => self.ladder.parts.get(rung.part).effect.about().name.to_string(),
-                (None, None) => "unknown".to_string(),
+            cause: match (added, refit, cause.filter(|r| !self.is_formula(r.part))) {
+                (Some((name, _)), _, _) => name.to_string(),
+                (None, Some(_), _) => "rigid_body".to_string(),
+                (None, None, Some(rung)) => self.ladder.parts.get(rung.part).effect.about().name.to_string(),
+                (None, None, None) => "unknown".to_string(),
             },
         })
+    }
+
+    /// The effect that the user added which took most of the squared error of a joint, in units of its noise floor.
+    fn added_most(&self, joint: usize) -> Option<(&str, f64)> {
+        let floor = self.ladder.floor.rms[joint];
+        let mut before = rms(&self.base.residual[joint]);
+        let parts = self.added.iter().map(|added| {
+            let gain = before * before - added.rms[joint] * added.rms[joint];
+            before = added.rms[joint];
+            (added.name.as_str(), gain / (floor * floor))
+        });
+        parts.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// What was found, by effect, most useful first; and what is small beside it.

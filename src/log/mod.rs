@@ -22,6 +22,7 @@ pub use write::Decimals;
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
+use std::sync::Arc;
 
 use crate::error::Result;
 use crate::robot::Robot;
@@ -48,6 +49,8 @@ pub struct Log {
     pub dropped: BTreeMap<String, Dropped>,
     /// Columns left out while reading, with the reason (no name, hardly any numbers).
     pub ignored: BTreeMap<String, String>,
+    /// How it was thinned, where it is very long ([`crate::signals::thinned`]).
+    pub thinned: Option<Thinned>,
     /// Whether the header called the joints by name (`q_elbow`) instead of by number (`q3`).
     pub named_joints: bool,
 }
@@ -57,10 +60,35 @@ pub struct Log {
 pub struct Dropped {
     /// How many.
     pub rows: usize,
-    /// Line of the first, from 1.
+    /// Line of the first, from 1; 0 where the row was left out after reading.
     pub first_line: usize,
     /// Number of the field at fault in that line, from 1.
     pub first_column: usize,
+}
+
+/// What was known of a very long log before only some of its samples were kept.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Thinned {
+    /// Every so-many-th sample was kept.
+    pub every: usize,
+    /// Rows that were used.
+    pub rows: usize,
+    /// Samples on its uniform clock.
+    pub samples: usize,
+    /// Samples among them that were filled in gaps.
+    pub samples_filled: usize,
+    /// Longest distance between rows \[s\].
+    pub longest_gap_s: f64,
+    /// Its sampling time \[s\].
+    pub period_s: f64,
+    /// Where its clock came from, as in a signal report.
+    pub clock: &'static str,
+    /// Mismatch of positions and velocities by its stamps, and on the clock that was used [rad/s, m/s].
+    pub velocity_mismatch: [Option<f64>; 2],
+    /// Samples of a rebuilt clock that no row showed.
+    pub skipped_samples: usize,
+    /// [`Log::row_keys`] of its rows.
+    pub row_keys: Arc<[u64]>,
 }
 
 /// What a reader cannot do without, beside the positions.
@@ -116,6 +144,23 @@ impl Log {
         columns: Option<&ColumnMap>,
     ) -> Result<Self> {
         read::read(Box::new(bytes), name, robot, columns, MEASUREMENT).map_err(|e| e.in_file(name))
+    }
+
+    /// A key of every row as it was recorded, from positions and torques: rows of two logs that have the same one are
+    /// the same measurement.
+    pub fn row_keys(&self) -> Arc<[u64]> {
+        if let Some(thinned) = &self.thinned {
+            return Arc::clone(&thinned.row_keys);
+        }
+        // FNV-1a over eight bytes at a time, so that a long log is told by eight bytes a row.
+        let mut keys = vec![0xCBF2_9CE4_8422_2325_u64; self.rows()];
+        for column in self.q.iter().chain(&self.tau) {
+            for (key, value) in keys.iter_mut().zip(column) {
+                *key = (*key ^ value.to_bits()).wrapping_mul(0x0100_0000_01B3);
+                *key ^= *key >> 32;
+            }
+        }
+        keys.into()
     }
 
     /// Number of rows.

@@ -52,7 +52,7 @@ fn headline(d: &Diagnosis) -> String {
 }
 
 /// The steps of the ladder that somebody asked for; the others are found.
-fn asked(d: &Diagnosis) -> Vec<&Step> {
+pub(super) fn asked(d: &Diagnosis) -> Vec<&Step> {
     let found = |step: &Step| {
         let mut all = d.missing.iter().chain(&d.minor).filter(|m| m.effect == step.effect);
         step.effect == "formula" || all.any(|m| step.joints.iter().all(|j| m.joints.contains(j)))
@@ -62,32 +62,43 @@ fn asked(d: &Diagnosis) -> Vec<&Step> {
 
 /// What was added and what it did; then what is left.
 fn added(d: &Diagnosis, asked: &[&Step]) -> String {
-    let mut text = String::new();
-    let mut before = d.baseline.held_out_relative_error_percent;
-    for step in asked {
-        let after = step.held_out_relative_error_percent;
-        let refused = d.refused.iter().find(|r| r.effect == step.effect && step.joints.is_empty());
-        let title = effect_on(&step.effect, &step.joints);
-        let line = match refused {
-            Some(refused) => format!("not added: {title}: {}", refused.reason),
-            None => format!("added {title}: held-out error {} -> {}", percent(before), percent(after)),
-        };
-        text += &hanging("", &line, 2);
-        before = after;
-    }
+    let as_it_is = |effect: &str| effect.to_string();
+    let mut text: String = additions(d, asked, as_it_is).iter().map(|line| hanging("", line, 2)).collect();
     if let Some(v) = &d.validation {
         let (before, after) = (v.before_relative_error_percent, v.after_relative_error_percent);
         text += &format!("  validation log, never fitted: {} -> {}\n", percent(before), percent(after));
     }
-    let left: Vec<String> = d.missing.iter().map(|m| effect_on(&m.effect, &m.joints)).collect();
-    let unknown = d.unexplained.iter().map(|u| format!("unknown on {}", u.joint));
-    let left: Vec<String> = left.into_iter().chain(unknown).collect();
-    text += &match d.verdict {
-        Verdict::Undecided => format!("{}\n", verdict(d)),
-        _ if left.is_empty() => "nothing else of weight is missing\n".to_string(),
-        _ => hanging("", &format!("still missing: {}", left.join("; ")), 2),
-    };
+    text += &hanging("", &left(d, as_it_is), 2);
     text
+}
+
+/// What every addition did to the error; effects are called what `name` makes of them.
+pub(super) fn additions(d: &Diagnosis, asked: &[&Step], name: impl Fn(&str) -> String) -> Vec<String> {
+    let mut before = d.baseline.held_out_relative_error_percent;
+    let line = |step: &&Step| {
+        let after = step.held_out_relative_error_percent;
+        let refused = d.refused.iter().find(|r| r.effect == step.effect && step.joints.is_empty());
+        let title = effect_on(&name(&step.effect), &step.joints);
+        let line = match refused {
+            Some(refused) => format!("not added: {title}: {}", refused.reason),
+            None => format!("added {title}: held-out error {} -> {}", percent(before), percent(after)),
+        };
+        before = after;
+        line
+    };
+    asked.iter().map(line).collect()
+}
+
+/// What is missing beside what was added.
+pub(super) fn left(d: &Diagnosis, name: impl Fn(&str) -> String) -> String {
+    let left = d.missing.iter().map(|m| effect_on(&name(&m.effect), &m.joints));
+    let left: Vec<String> =
+        left.chain(d.unexplained.iter().map(|u| format!("unknown on {}", u.joint))).collect();
+    match d.verdict {
+        Verdict::Undecided => verdict(d),
+        _ if left.is_empty() => "nothing else of weight is missing".to_string(),
+        _ => format!("still missing: {}", left.join("; ")),
+    }
 }
 
 /// `friction on joint1, joint2`, or the effect alone where it is the whole robot's.
@@ -288,5 +299,9 @@ fn signals(d: &Diagnosis) -> String {
         hz(s.friction_cutoff_hz),
         s.rows_used
     );
-    hanging("", &line, 9)
+    let mut text = hanging("", &line, 9);
+    for (log, thinned) in &s.thinned {
+        text += &hanging("         ", &format!("{log}: {}", thinned.text()), 11);
+    }
+    text
 }

@@ -16,6 +16,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::diagnose::Diagnosis;
 use crate::identify::Errors;
 use crate::retrieval::ConstraintAudit;
 use crate::robot::InertialParameters;
@@ -37,8 +38,8 @@ pub struct Report {
     pub identifications: Vec<Identification>,
     /// The friction path, joint by joint.
     pub friction: Vec<FrictionResult>,
-    /// Missing physics; not part of this study.
-    pub diagnosis: Option<()>,
+    /// What is missing beside the scenario's effects, where it asks for that.
+    pub diagnosis: Option<Diagnosis>,
     /// Retrieved link parameters, engine by engine; `None` when the study has no engine.
     pub retrievals: Option<Vec<Retrieval>>,
     /// The robot file's own inertias on the same problem, where it has them.

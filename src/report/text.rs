@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::diagnosis_text::diagnosis_text;
 use super::layout::{cut, hanging, wrap};
 use super::retrieval_text::retrieved;
 use super::{Coefficient, FrictionResult, Identification, JointError, Report, Validation};
@@ -20,6 +21,9 @@ pub fn render(report: &Report) -> String {
     }
     if !report.friction.is_empty() {
         friction(&mut text, &report.friction);
+    }
+    if let Some(diagnosis) = &report.diagnosis {
+        text += &format!("\nwhat is missing beside these effects\n{}", diagnosis_text(diagnosis));
     }
     retrieved(&mut text, report);
     if !report.warnings.is_empty() {

@@ -8,6 +8,7 @@
 //! 2. *clock*: time stamps, an even clock, or the robot's sample clock rebuilt from the motion where
 //!    positions and logged velocities prove that the stamps are wrong.
 //! 3. *resample*: linear interpolation onto that clock.
+//!    A very long log keeps every so-many-th sample here, after a low-pass ([`thinned`]).
 //! 4. *filter*: zero-phase Butterworth low-pass ([`ZeroPhase`]).
 //! 5. *differentiate*: central differences.
 //! 6. *trim and decimate*, at once ([`Mode::Inputs`]) or after the regressor was built from motion at
@@ -29,6 +30,7 @@ mod report;
 mod resample;
 mod rows;
 mod settings;
+mod thin;
 
 pub use blocks::{Folds, USUAL_BLOCK_S, USUAL_FOLDS};
 pub use clean::Segment;
@@ -37,9 +39,10 @@ pub use derivative::central_difference;
 pub use filter::ZeroPhase;
 pub use period::detect_period;
 pub use prepare::prepare;
-pub use report::SignalReport;
+pub use report::{SignalReport, ThinnedReport};
 pub use rows::{RowFilter, Rows};
 pub use settings::{ClockChoice, Keep, Mode, Settings, VelocityFrom};
+pub use thin::thinned;
 
 use std::borrow::Cow;
 use std::sync::Arc;

@@ -4,11 +4,15 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::clean::{self, Cleaned};
-use super::clock::{self, Clock};
+use super::clean::Cleaned;
+use super::clock::Clock;
 use super::filter::keep_every;
+use super::report::ThinnedReport;
 use super::resample::Grid;
-use super::{Mode, RowFilter, Run, Settings, SignalReport, VelocityFrom, ZeroPhase, central_difference};
+use super::thin::{is_very_long, on_clock, still_to_be};
+use super::{
+    ClockReport, Mode, RowFilter, Run, Settings, SignalReport, VelocityFrom, ZeroPhase, central_difference,
+};
 use crate::error::{Error, Result};
 use crate::log::Log;
 
@@ -19,15 +23,15 @@ use crate::log::Log;
 /// velocities or a clock that the log does not have. The message names the log and the remedy.
 pub fn prepare(log: &Log, settings: &Settings) -> Result<(Run, SignalReport)> {
     settings.check()?;
-    let mut cleaned = clean::clean(log, settings.max_gap_s)?;
-    let clock = clock::decide(log, &cleaned.rows, settings.clock)?;
-    if clock.torn > 0 {
-        *cleaned.dropped.entry("torn".to_owned()).or_default() += clock.torn;
+    if let Some(thinned) = still_to_be(log, settings)? {
+        return prepare(&thinned, settings);
     }
-    check_extent(log, &clock)?;
+    let (cleaned, clock) = on_clock(log, settings)?;
     let grid = Grid::new(&clock.rows, &clock.at);
     let logged = logged_velocity(log, settings)?;
-    let design = Design::new(settings, clock.report.period_s, grid.len()).map_err(|e| e.about(&log.name))?;
+    let long = is_very_long(log);
+    let design =
+        Design::new(settings, clock.report.period_s, grid.len(), long).map_err(|e| e.about(&log.name))?;
     let report = report(log, settings, cleaned, &clock, &grid, &design, logged.is_some());
 
     let motion = design.motion.as_ref().unwrap_or(&design.band);
@@ -86,7 +90,7 @@ fn check_size(run: &Run) -> Result<()> {
 }
 
 /// A clock that would need very many more samples than there are rows is none.
-fn check_extent(log: &Log, clock: &Clock) -> Result<()> {
+pub(super) fn check_extent(log: &Log, clock: &Clock) -> Result<()> {
     let samples = clock.at.last().copied().unwrap_or(0.0);
     if samples <= 100.0 * clock.rows.len() as f64 {
         return Ok(());
@@ -109,7 +113,7 @@ struct Design {
 }
 
 impl Design {
-    fn new(settings: &Settings, dt: f64, samples: usize) -> Result<Self> {
+    fn new(settings: &Settings, dt: f64, samples: usize, very_long: bool) -> Result<Self> {
         let band =
             ZeroPhase::butterworth(settings.order, settings.band_hz, dt).map_err(|e| e.about("`band_hz`"))?;
         band.check_length(samples)?;
@@ -135,7 +139,7 @@ impl Design {
                 format!("nothing is left of {length:.3} s after `trim_s` of {trimmed:?} s at both ends");
             return Err(Error::new(what).help("record a longer motion, or trim less"));
         }
-        Ok(Self { dt, band, motion, friction, range, every: settings.decimation(dt) })
+        Ok(Self { dt, band, motion, friction, range, every: settings.decimation(dt, very_long) })
     }
 
     /// Trims and decimates now, or leaves that to the rows.
@@ -183,15 +187,22 @@ fn report(
     design: &Design,
     logged: bool,
 ) -> SignalReport {
+    let thinned = log.thinned.as_ref();
     SignalReport {
         log: log.name.clone(),
-        rows_read: log.rows() + log.dropped.values().map(|d| d.rows).sum::<usize>(),
+        rows_read: thinned.map_or(log.rows(), |t| t.rows)
+            + log.dropped.values().map(|d| d.rows).sum::<usize>(),
         rows_dropped: cleaned.dropped,
         segments: cleaned.segments,
-        clock: clock.report.clone(),
-        samples: grid.len(),
-        samples_filled: grid.filled,
-        longest_gap_s: grid.longest * design.dt,
+        clock: ClockReport {
+            period_s: thinned.map_or(clock.report.period_s, |t| t.period_s),
+            ..clock.report.clone()
+        },
+        samples: thinned.map_or(grid.len(), |t| t.samples),
+        samples_filled: thinned.map_or(grid.filled, |t| t.samples_filled),
+        longest_gap_s: thinned.map_or(grid.longest * design.dt, |t| t.longest_gap_s),
+        thinned: (settings.mode == Mode::Parallel && (thinned.is_some() || is_very_long(log)))
+            .then(|| ThinnedReport::of(thinned, design.dt, design.every)),
         mode: settings.mode.name(),
         band_hz: settings.band_hz,
         order: settings.order,

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::clean::Segment;
 use super::clock::ClockReport;
+use crate::log::Thinned;
 
 /// Everything the signal step did to one log; printed with every figure that rests on it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -26,6 +27,8 @@ pub struct SignalReport {
     pub samples_filled: usize,
     /// Longest distance between neighbouring rows \[s\].
     pub longest_gap_s: f64,
+    /// How a very long log was thinned before anything else.
+    pub thinned: Option<ThinnedReport>,
     /// `inputs` or `parallel`.
     pub mode: &'static str,
     /// Cut-off of the band \[Hz\].
@@ -44,6 +47,36 @@ pub struct SignalReport {
     pub decimate: usize,
     /// Rows that came out.
     pub rows_used: usize,
+}
+
+/// What was kept of a very long log.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ThinnedReport {
+    /// Every so-many-th sample, after a low-pass; 1 where every one was.
+    pub every: usize,
+    /// Rate of the log \[Hz\].
+    pub from_hz: f64,
+    /// Rate that was kept \[Hz\].
+    pub to_hz: f64,
+    /// Rows of the fit per second \[Hz\].
+    pub rows_hz: f64,
+}
+
+impl ThinnedReport {
+    /// Of a log with this sampling time now \[s\], of which every so-many-th sample is a row.
+    pub(super) fn of(thinned: Option<&Thinned>, dt: f64, row_every: usize) -> Self {
+        let every = thinned.map_or(1, |t| t.every);
+        Self { every, from_hz: every as f64 / dt, to_hz: 1.0 / dt, rows_hz: 1.0 / (dt * row_every as f64) }
+    }
+
+    /// In words.
+    pub fn text(&self) -> String {
+        let kept = match self.every {
+            1 => "every sample".to_string(),
+            n => format!("every {} sample ({:.0} Hz of {:.0} Hz)", ordinal(n), self.to_hz, self.from_hz),
+        };
+        format!("very long: {kept} kept, {:.1} rows per second fitted", self.rows_hz)
+    }
 }
 
 impl SignalReport {
@@ -72,6 +105,7 @@ impl SignalReport {
             self.samples_filled,
             1e3 * self.longest_gap_s
         )));
+        lines.extend(self.thinned.iter().map(|t| fit(format!("  {}", t.text()))));
         let motion = self.position_cutoff_hz.map_or_else(String::new, |hz| format!(", motion {hz} Hz"));
         let friction = self.friction_cutoff_hz.map_or_else(String::new, |hz| format!(", friction {hz} Hz"));
         lines.push(fit(format!(

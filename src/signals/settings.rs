@@ -79,8 +79,12 @@ pub struct Settings {
     /// Cut from both ends after filtering \[s\].
     pub trim_s: f64,
     /// Keep every so-many-th sample after filtering. Not given: all in `Inputs`, about five samples
-    /// per period of the band in `Parallel`.
+    /// per period of the band in `Parallel`, and two of very long logs.
     pub decimate: Option<usize>,
+    /// Rate that logs are thinned to before anything else \[Hz\], `Parallel` only: every so-many-th sample after a low-pass,
+    /// never less. Not given: 250 Hz for very long logs (two million rows times joints), every sample of others. A rate
+    /// above half the log's keeps every sample of any log.
+    pub thin_to_hz: Option<f64>,
     /// Which clock the samples get.
     pub clock: ClockChoice,
     /// What is kept of a log with gaps.
@@ -101,6 +105,7 @@ impl Default for Settings {
             velocity_from: VelocityFrom::Auto,
             trim_s: 0.5,
             decimate: None,
+            thin_to_hz: None,
             clock: ClockChoice::Auto,
             keep: Keep::LongestSegment,
             max_gap_s: 0.25,
@@ -119,6 +124,7 @@ impl Settings {
             ("position_cutoff_hz", self.position_cutoff_hz),
             ("friction_cutoff_hz", self.friction_cutoff_hz.unwrap_or(1.0)),
             ("max_gap_s", self.max_gap_s),
+            ("thin_to_hz", self.thin_to_hz.unwrap_or(1.0)),
         ];
         for (name, value) in positive {
             if !(value.is_finite() && value > 0.0) {
@@ -139,10 +145,12 @@ impl Settings {
     }
 
     /// Every so-many-th sample is kept at the sampling time `dt` \[s\].
-    pub(super) fn decimation(&self, dt: f64) -> usize {
+    pub(super) fn decimation(&self, dt: f64, very_long: bool) -> usize {
+        // All columns lose the same rows, so that fewer of them bias nothing.
+        let per_period = if very_long { 2.0 } else { 5.0 };
         let automatic = match self.mode {
             Mode::Inputs => 1,
-            Mode::Parallel => (1.0 / (5.0 * self.band_hz * dt)) as usize,
+            Mode::Parallel => (1.0 / (per_period * self.band_hz * dt)) as usize,
         };
         self.decimate.unwrap_or(automatic).max(1)
     }
@@ -172,8 +180,9 @@ mod tests {
     #[test]
     fn decimation_leaves_five_samples_per_period_of_the_band() {
         let parallel = Settings { mode: Mode::Parallel, ..Settings::default() };
-        assert_eq!(parallel.decimation(0.001), 40);
-        assert_eq!(parallel.decimation(0.1), 1);
-        assert_eq!(Settings::default().decimation(0.001), 1);
+        assert_eq!(parallel.decimation(0.001, false), 40);
+        assert_eq!(parallel.decimation(0.001, true), 100);
+        assert_eq!(parallel.decimation(0.1, false), 1);
+        assert_eq!(Settings::default().decimation(0.001, true), 1);
     }
 }

@@ -1,6 +1,7 @@
 //! From a scenario to a report: the only place that knows the order of the steps.
 
 mod comparison;
+mod diagnosis;
 mod finished;
 mod friction;
 mod leeway;
@@ -124,6 +125,9 @@ impl<'a> Study<'a> {
         for effect in &mut scenario.effects {
             effect.load(&folder)?;
         }
+        for candidate in &mut scenario.candidates {
+            candidate.load(&folder)?;
+        }
         for constraint in &mut scenario.constraints {
             constraint.load(&folder)?;
         }
@@ -155,7 +159,9 @@ impl<'a> Study<'a> {
 impl Study<'_> {
     fn all(mut self, name: String) -> Result<Outcome> {
         let poses = self.timed("static identification", Self::identify_from_poses)?;
-        let logs = self.timed("identification from logs", Self::identify_from_logs)?;
+        let mut logs = self.timed("identification from logs", Self::identify_from_logs)?;
+        let to_diagnose = logs.to_diagnose.take();
+        let diagnosis = self.timed("diagnosis", |s| s.diagnosis(to_diagnose))?;
         let friction = self.timed("friction path", |s| s.friction_path(logs.to_fit(), poses.as_ref()))?;
         let moving = logs.fitted.as_ref();
         let mut engines = self.timed("retrieval", |s| s.retrieve(poses.as_ref(), moving))?;
@@ -190,7 +196,7 @@ impl Study<'_> {
             identification: identifications.first().cloned(),
             identifications,
             friction,
-            diagnosis: None,
+            diagnosis,
             retrievals: engines.map(|e| e.reports),
             given: given.into_iter().next(),
             beside,

@@ -15,7 +15,7 @@ use crate::plant::Plant;
 use crate::predict::{predict, prediction_errors};
 use crate::report::{Coefficient, Identification, Validation, finite, joint_errors};
 use crate::scenario::{Logs, Simulated, find_log};
-use crate::signals::{Run, prepare};
+use crate::signals::{Run, prepare, thinned};
 use crate::simulate;
 
 use super::{Study, too_few_rows};
@@ -27,6 +27,8 @@ pub(super) struct Gathered {
     pub fitted: Option<FromLogs>,
     /// Logs that are only predicted.
     pub held: Vec<Run>,
+    /// All logs, where a diagnosis is asked for.
+    pub to_diagnose: Option<super::diagnosis::Logs>,
 }
 
 impl Gathered {
@@ -64,9 +66,10 @@ struct Prepared {
 impl Study<'_> {
     pub(super) fn identify_from_logs(&mut self) -> Result<Gathered> {
         let Some((fitted, validated)) = self.logs()? else { return Ok(Gathered::default()) };
+        let to_diagnose = self.scenario.diagnosis.then(|| (fitted.clone(), validated.clone()));
         let held = self.prepare_all(&validated)?.runs;
         let fitted = if fitted.is_empty() { None } else { Some(self.identify_from(&fitted, &held)?) };
-        Ok(Gathered { fitted, held })
+        Ok(Gathered { fitted, held, to_diagnose })
     }
 
     fn identify_from(&mut self, logs: &[Log], held: &[Run]) -> Result<FromLogs> {
@@ -101,7 +104,9 @@ impl Study<'_> {
             Logs::Simulated(_) => Ok(Some((vec![self.simulated()?], Vec::new()))),
             Logs::Files { fit, validate, columns, missing } => {
                 let map = columns.as_ref().map(|c| ColumnMap::open(self.folder.join(c))).transpose()?;
-                let open = |path: &Path| Log::open(path, &self.robot, map.as_ref());
+                let open = |path: &Path| {
+                    thinned(Log::open(path, &self.robot, map.as_ref())?, &self.scenario.signals)
+                };
                 if !self.data.is_empty() {
                     let fitted: Vec<Log> = self.data.iter().map(|p| open(p)).collect::<Result<_>>()?;
                     return Ok(Some((fitted, Vec::new())));

@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 use serde_json::Value;
 use tokio::sync::watch;
 
+use super::folder;
 use super::progress::Progress;
 use super::study::Study;
 use super::work::{self, Job};
@@ -21,7 +22,9 @@ pub(super) struct Bench {
     progress: Mutex<[Option<Progress>; 2]>,
     job: watch::Sender<Value>,
     retrieval: watch::Sender<Value>,
-    jobs: Mutex<mpsc::Sender<Job>>,
+    jobs: Mutex<mpsc::Sender<(u64, Job)>>,
+    /// Counts changes of robot, logs and column map.
+    data: AtomicU64,
     /// Jobs that wait or run in the foreground.
     pending: AtomicU64,
     /// Whether the foreground is asked to stop.
@@ -54,6 +57,7 @@ impl Bench {
             job: watch::Sender::new(Value::Null),
             retrieval: watch::Sender::new(Value::Null),
             jobs: Mutex::new(sender),
+            data: AtomicU64::new(0),
             pending: AtomicU64::new(0),
             stop: AtomicBool::new(false),
             search: AtomicU64::new(0),
@@ -109,9 +113,32 @@ impl Bench {
     pub fn ask(&self, job: Job) {
         self.pending.fetch_add(1, Ordering::SeqCst);
         let jobs = self.jobs.lock().unwrap_or_else(PoisonError::into_inner);
-        if jobs.send(job).is_err() {
+        if jobs.send((self.data(), job)).is_err() {
             self.pending.fetch_sub(1, Ordering::SeqCst);
         }
+    }
+
+    /// Number of the data that the study has now: what was made of others is of no use.
+    pub fn data(&self) -> u64 {
+        self.data.load(Ordering::SeqCst)
+    }
+
+    /// Whatever was found was found in other data; `study` has the new ones.
+    pub fn renew(&self, mut study: MutexGuard<'_, Study>) {
+        self.stop_search();
+        self.data.fetch_add(1, Ordering::SeqCst);
+        for log in &mut study.logs {
+            (log.findings, log.log) = (None, None);
+        }
+        for step in &mut study.steps {
+            step.effects.clear();
+            (step.fitted, step.ranking, step.scan) = (None, None, None);
+        }
+        study.trouble = None;
+        // What cannot be written now is written with the next step, which says so.
+        let _ = folder::save(&study);
+        drop(study);
+        self.ask(Job::Open { again: true });
     }
 
     /// A job of the foreground is over.

@@ -137,6 +137,7 @@ pub(super) fn load(folder: &Path) -> Result<Study> {
         name: l.name,
         path: there(l.path),
         role: l.role,
+        log: None,
         seen: None,
         findings: None,
     };

@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::log::{ColumnMap, Log};
 use crate::robot::Robot;
 use crate::scenario::{HoldOut, Logs, Scenario, find_log};
-use crate::signals::{Mode, Run, Settings};
+use crate::signals::{Mode, Run, Settings, thinned};
 use crate::text;
 
 /// The study that the command line asks for; nothing is read yet but scenario and robot.
@@ -134,7 +134,7 @@ pub(super) fn add_log(study: &mut Study, path: PathBuf, name: Option<String>, ro
     let own = || path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let id = study.logs.iter().map(|l| l.id + 1).max().unwrap_or(0);
     let name = name.unwrap_or_else(own);
-    study.logs.push(LogFile { id, name, path, role, seen: None, findings: None });
+    study.logs.push(LogFile { id, name, path, role, log: None, seen: None, findings: None });
     Ok(())
 }
 
@@ -204,8 +204,8 @@ fn map_text(path: &Path) -> Result<String> {
 /// What a fit or a search is given, apart from its model.
 pub(super) struct Inputs {
     pub robot: Arc<Robot>,
-    pub fit: Vec<(String, PathBuf)>,
-    pub validate: Vec<(String, PathBuf)>,
+    pub fit: Vec<LogFile>,
+    pub validate: Vec<LogFile>,
     pub map: Option<ColumnMap>,
     pub signals: Signals,
     pub hold_out: HoldOut,
@@ -223,8 +223,7 @@ impl Inputs {
             Error::new("there is no robot to work with")
                 .help("give one: URDF, or a Denavit-Hartenberg table in RON")
         })?;
-        let files =
-            |role: Role| study.usable(role).map(|l| (l.name.clone(), l.path.clone())).collect::<Vec<_>>();
+        let files = |role: Role| study.usable(role).cloned().collect::<Vec<_>>();
         let (fit, validate) = (files(Role::Fit), files(Role::Validate));
         if fit.is_empty() {
             return Err(Error::new("there is no log to fit").help("give one that can be used"));
@@ -241,9 +240,15 @@ impl Inputs {
         })
     }
 
-    fn read(&self, files: &[(String, PathBuf)]) -> Result<Vec<Log>> {
-        let one = |(name, path): &(String, PathBuf)| {
-            Ok(Log { name: name.clone(), ..Log::open(path, &self.robot, self.map.as_ref())? })
+    fn read(&self, files: &[LogFile]) -> Result<Vec<Log>> {
+        let one = |file: &LogFile| {
+            let log = match &file.log {
+                Some(log) => log.as_ref().clone(),
+                None => {
+                    thinned(Log::open(&file.path, &self.robot, self.map.as_ref())?, &self.signals.settings)?
+                }
+            };
+            Ok(Log { name: file.name.clone(), ..log })
         };
         files.iter().map(one).collect()
     }

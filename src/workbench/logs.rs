@@ -13,6 +13,7 @@ use crate::log::{
     AngleUnit, ColumnId, ColumnMap, Columns, LengthUnit, Log, Motion, Time, TimeUnit, Torque, TorqueUnit,
 };
 use crate::robot::{JointKind, Robot};
+use crate::signals::{Settings, thinned};
 
 /// Bytes of a log that are looked at for its header.
 const HEAD: u64 = 1 << 16;
@@ -23,12 +24,14 @@ const MOST_COLUMNS: usize = 512;
 /// Joints that a log may name where no robot is known.
 const MOST_JOINTS: usize = 64;
 
-/// Reads a log as `name`, with what there is to say of it; the error stands in what is said.
+/// Reads a log as `name`, with what there is to say of it; the error stands in what is said. A very long one comes
+/// thinned.
 pub(super) fn look(
     path: &Path,
     name: &str,
     robot: Option<&Robot>,
     map: Option<&ColumnMap>,
+    settings: &Settings,
 ) -> (Seen, Option<Log>) {
     let mut seen = Seen::default();
     let header = match top(path, map) {
@@ -49,20 +52,24 @@ pub(super) fn look(
         }
     };
     let log = robot.map(|robot| Log::open(path, robot, map));
-    let log = match log {
-        None => None,
-        Some(Ok(log)) => Some(Log { name: name.to_string(), ..log }),
-        Some(Err(error)) => {
-            seen.problem = Some(error);
-            None
-        }
-    };
+    let log = log.map(|log| log.map(|log| Log { name: name.to_string(), ..log }));
+    let log = log.transpose().unwrap_or_else(|error| {
+        seen.problem = Some(error);
+        None
+    });
     seen.columns = columns(&header, robot, map, log.as_ref());
     if robot.is_none() && map.is_none() {
         without_robot(path, &mut seen);
     }
     if let Some(log) = &log {
         describe(log, &mut seen);
+    }
+    // What cannot be thinned cannot be fitted: the fit says why.
+    let log = log.and_then(|log| thinned(log, settings).ok());
+    if let Some(thinned) = log.as_ref().and_then(|log| log.thinned.as_ref()) {
+        let (from, to) = (1.0 / thinned.period_s, 1.0 / (thinned.period_s * thinned.every as f64));
+        seen.remarks
+            .push(format!("very long: fitted and searched at {to:.0} Hz of {from:.0} Hz, after a low-pass"));
     }
     (seen, log)
 }

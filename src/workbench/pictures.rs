@@ -67,6 +67,7 @@ impl Shown {
             let mut report = report.as_ref().clone();
             if let Value::Object(fields) = &mut report {
                 fields.remove("timing");
+                fields.remove("diagnosis");
             }
             data["report"] = report;
         }

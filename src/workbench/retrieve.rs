@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 use super::bench::{Bench, Place};
 use super::folder;
 use super::study::Retrieval;
+use crate::diagnose::Diagnosis;
 use crate::error::{Error, Result};
 use crate::report::finite;
 use crate::retrieval::checkpoint::Checkpoint;
@@ -82,7 +83,8 @@ pub(super) fn run(bench: &Arc<Bench>, order: &Order) -> Result<()> {
     let engines = order.written()?;
     let (path, step) = {
         let mut study = bench.study();
-        let step = study.shown.ok_or_else(|| Error::new("there is no model to retrieve from"))?;
+        let step =
+            study.on_show().map(|s| s.id).ok_or_else(|| Error::new("there is no model to retrieve from"))?;
         (study.engines, study.intervals) = (engines, order.intervals);
         study.retrieval =
             Some(Retrieval { step, running: true, engines: order.engines.clone(), ..Retrieval::default() });
@@ -98,8 +100,13 @@ pub(super) fn run(bench: &Arc<Bench>, order: &Order) -> Result<()> {
     }
     let outcome = result?;
     let folder = study.folder.clone();
-    let report =
+    let mut report =
         serde_json::to_value(&outcome.report).map_err(|e| Error::new(format!("cannot write JSON: {e}")))?;
+    // What was found beside this model needs no second search.
+    if let Some(scan) = study.step(step).and_then(|s| s.scan.as_ref()) {
+        let found = Diagnosis { timing: Default::default(), ..scan.diagnosis.clone() };
+        report["diagnosis"] = json!(found);
+    }
     let json =
         serde_json::to_string_pretty(&report).map_err(|e| Error::new(format!("cannot write JSON: {e}")))?;
     text::write_whole(&folder.join("report.json"), (json + "\n").as_bytes())?;

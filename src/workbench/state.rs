@@ -19,7 +19,8 @@ const MOST: usize = 60;
 pub(super) fn of(bench: &Bench) -> Value {
     let (version, job) = (bench.version(), bench.job());
     let study = bench.study();
-    let shown = study.shown.and_then(|id| study.step(id));
+    let shown = study.on_show();
+    let against = study.against.filter(|id| shown.is_some() && study.step(*id).is_some_and(Step::is_there));
     let scan = shown.and_then(|s| s.scan.as_deref());
     json!({
         "version": version,
@@ -31,10 +32,10 @@ pub(super) fn of(bench: &Bench) -> Value {
         "columns": columns(&study),
         "signals": signals(&study),
         "folds": shown.and_then(|s| s.fitted.as_ref()).map(|f| &f.folds),
-        "steps": study.steps.iter().filter(|s| !s.effects.is_empty()).map(step).collect::<Vec<_>>(),
-        "shown": study.shown,
-        "against": study.against,
-        "path": study.shown.map_or_else(Vec::new, |id| study.path(id)),
+        "steps": study.steps.iter().filter(|s| s.is_there()).map(step).collect::<Vec<_>>(),
+        "shown": shown.map(|s| s.id),
+        "against": against,
+        "path": shown.map_or_else(Vec::new, |s| study.path(s.id)),
         "candidates": shown.map_or_else(Vec::new, candidates),
         "diagnosis": scan.map(|s| json!(s.diagnosis)),
         "verdict": scan.map_or(&[][..], |s| s.verdict.as_slice()),
@@ -128,7 +129,7 @@ fn columns(study: &Study) -> Value {
 }
 
 fn signals(study: &Study) -> Value {
-    if study.shown.is_none() {
+    if study.on_show().is_none() {
         return Value::Null;
     }
     let (s, chosen) = (&study.signals.settings, study.signals.chosen);

@@ -12,6 +12,7 @@ use crate::check::Findings;
 use crate::diagnose::{Diagnosis, Fitted, Proposed, Start};
 use crate::effects::Effect;
 use crate::error::Error;
+use crate::log::Log;
 use crate::report::pictures::Ranked;
 use crate::robot::Robot;
 use crate::scenario::HoldOut;
@@ -71,6 +72,8 @@ pub(super) struct LogFile {
     pub name: String,
     pub path: PathBuf,
     pub role: Role,
+    /// Itself, once it was read and can be used; thinned where it is very long.
+    pub log: Option<Arc<Log>>,
     /// What is in it; `None` until it was read.
     pub seen: Option<Seen>,
     /// Units, signs and order against the robot; `None` until they were checked.
@@ -244,6 +247,11 @@ impl Study {
         self.steps.iter_mut().find(|s| s.id == id)
     }
 
+    /// The model on show; `None` while there is none for the data at hand.
+    pub fn on_show(&self) -> Option<&Step> {
+        self.step(self.shown?).filter(|s| s.is_there())
+    }
+
     /// The steps from the first one to `id`.
     pub fn path(&self, id: usize) -> Vec<usize> {
         let mut path = Vec::new();
@@ -278,6 +286,11 @@ impl Study {
 }
 
 impl Step {
+    /// Whether it was fitted to the data that the study has now.
+    pub fn is_there(&self) -> bool {
+        !self.effects.is_empty()
+    }
+
     /// What to call it.
     pub fn label(&self) -> String {
         match (&self.added, &self.root) {

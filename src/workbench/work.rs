@@ -2,14 +2,14 @@
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
 use std::sync::mpsc::Receiver;
+use std::sync::{Arc, MutexGuard};
 
 use super::bench::{Bench, Place};
 use super::inputs::{Inputs, first, is_classic, open_robot};
 use super::progress::Progress;
 use super::retrieve::{self, Order};
-use super::study::{Addition, Numbers, Root, Step};
+use super::study::{Addition, Numbers, Root, Step, Study};
 use super::{folder, logs, scan, written};
 use crate::diagnose::{Fitted, Fitting};
 use crate::error::{Error, Result};
@@ -36,10 +36,12 @@ pub(super) enum Job {
 }
 
 /// Does what comes until the process ends.
-pub(super) fn run(bench: &Arc<Bench>, jobs: &Receiver<Job>) {
-    let mut worker = Worker { bench: Arc::clone(bench), at: None };
-    while let Ok(job) = jobs.recv() {
-        let done = catch_unwind(AssertUnwindSafe(|| worker.act(job)));
+pub(super) fn run(bench: &Arc<Bench>, jobs: &Receiver<(u64, Job)>) {
+    let mut worker = Worker { bench: Arc::clone(bench), at: None, data: 0 };
+    while let Ok((asked_for, job)) = jobs.recv() {
+        worker.data = bench.data();
+        let due = asked_for == worker.data || !job.is_of_its_data();
+        let done = catch_unwind(AssertUnwindSafe(|| if due { worker.act(job) } else { Ok(()) }));
         let trouble = match done {
             Ok(Ok(())) => None,
             Ok(Err(error)) => Some(error),
@@ -48,8 +50,8 @@ pub(super) fn run(bench: &Arc<Bench>, jobs: &Receiver<Job>) {
                 Some(broken(cause.as_ref()))
             }
         };
-        if let Some(trouble) = trouble {
-            bench.study().trouble = Some(trouble);
+        if let (Some(trouble), Some(mut study)) = (trouble, worker.study()) {
+            study.trouble = Some(trouble);
         }
         bench.finished();
         bench.progress(Place::Foreground, |p| *p = None);
@@ -69,9 +71,23 @@ struct Worker {
     bench: Arc<Bench>,
     /// The prepared logs with the model of a step.
     at: Option<(usize, Fitting)>,
+    /// Number of the data that the job at hand works on.
+    data: u64,
+}
+
+impl Job {
+    /// Whether it is done again anyway, or makes no sense, where the study has other data by now.
+    fn is_of_its_data(&self) -> bool {
+        matches!(self, Self::Open { .. } | Self::Refit | Self::Add(..) | Self::Look(_))
+    }
 }
 
 impl Worker {
+    /// The study, unless it has other data by now: then nothing of the job at hand belongs into it.
+    fn study(&self) -> Option<MutexGuard<'_, Study>> {
+        Some(self.bench.study()).filter(|_| self.bench.data() == self.data)
+    }
+
     fn act(&mut self, job: Job) -> Result<()> {
         match job {
             Job::Open { again } => self.open(again),
@@ -97,22 +113,22 @@ impl Worker {
     fn open(&mut self, again: bool) -> Result<()> {
         self.at = None;
         self.say("read", "reading robot and logs", false);
-        let (robot, gravity, logs, columns) = {
+        let (robot, gravity, logs, columns, settings) = {
             let study = self.bench.study();
-            (study.robot.clone(), study.gravity, study.logs.clone(), study.columns.clone())
+            let settings = study.signals.settings.clone();
+            (study.robot.clone(), study.gravity, study.logs.clone(), study.columns.clone(), settings)
         };
         let robot = robot.map(|file| open_robot(&file, gravity));
         let map = columns.as_deref().map(ColumnMap::parse).transpose()?;
         let known = robot.as_ref().and_then(|r| r.robot.clone());
-        {
-            let mut study = self.bench.study();
-            study.robot = robot;
-        }
+        let Some(mut study) = self.study() else { return Ok(()) };
+        study.robot = robot;
+        drop(study);
         for log in logs {
-            let seen = logs::look(&log.path, &log.name, known.as_deref(), map.as_ref()).0;
-            let mut study = self.bench.study();
+            let (seen, read) = logs::look(&log.path, &log.name, known.as_deref(), map.as_ref(), &settings);
+            let Some(mut study) = self.study() else { return Ok(()) };
             if let Some(own) = study.logs.iter_mut().find(|l| l.id == log.id) {
-                own.seen = Some(seen);
+                (own.seen, own.log) = (Some(seen), read.map(Arc::new));
             }
         }
         self.bench.changed();
@@ -141,7 +157,7 @@ impl Worker {
 
     /// Takes a step that was added out of the study; first steps stay for other data.
     fn forget(&self, id: usize) {
-        let mut study = self.bench.study();
+        let Some(mut study) = self.study() else { return };
         let Some(step) = study.step(id).filter(|s| s.root.is_none()) else { return };
         let parent = step.parent;
         study.steps.retain(|s| s.id != id);
@@ -176,7 +192,7 @@ impl Worker {
             }
             _ => self.at(id)?,
         };
-        self.publish(step, fitting)
+        self.publish(step, fitting, None)
     }
 
     /// Prepares the logs and fits a model to begin with.
@@ -196,19 +212,22 @@ impl Worker {
         }
     }
 
-    /// Makes a fit known and keeps it in the folder.
-    fn publish(&mut self, step: Step, fitting: Fitting) -> Result<()> {
+    /// Makes a fit known and keeps it in the folder; `beside` is for one that goes on show, beside another or alone.
+    fn publish(&mut self, step: Step, fitting: Fitting, beside: Option<Option<usize>>) -> Result<()> {
         let fitted: Arc<Fitted> = Arc::new(fitting.fitted()?);
         let (id, numbers) = (step.id, Numbers::of(&fitted));
         let effects = fitted.effects.clone();
         self.at = Some((id, fitting));
         let step = Step { fitted: Some(fitted), numbers, effects, ..step };
-        let mut study = self.bench.study();
+        let Some(mut study) = self.study() else { return Ok(()) };
         match study.step_mut(id) {
             Some(own) => *own = step,
             None => study.steps.push(step),
         }
         study.shown.get_or_insert(id);
+        if let Some(against) = beside {
+            (study.shown, study.against) = (Some(id), against);
+        }
         let saved = folder::save(&study);
         drop(study);
         self.bench.changed();
@@ -216,7 +235,7 @@ impl Worker {
     }
 
     fn add(&mut self, added: Addition, search: bool) -> Result<()> {
-        let shown = self.bench.study().shown;
+        let shown = self.bench.study().on_show().map(|s| s.id);
         let parent = shown.ok_or_else(|| {
             Error::new("there is no model to add an effect to").help("give a robot and a log first")
         })?;
@@ -238,17 +257,15 @@ impl Worker {
         let fitting = fitting.with(effects)?;
         let id = self.bench.study().next_id();
         let step = Step { id, parent: Some(parent), root: None, added: Some(added), ..first(Root::Classic) };
-        {
-            let mut study = self.bench.study();
-            (study.shown, study.against) = (Some(id), Some(parent));
-        }
-        self.publish(step, fitting)?;
+        self.publish(step, fitting, Some(Some(parent)))?;
         if search { self.look(id) } else { Ok(()) }
     }
 
     /// Scores the catalogue beside a model, unless more urgent things wait, then searches in the background.
     fn look(&mut self, id: usize) -> Result<()> {
-        let step = self.step(id)?;
+        let Some(step) = self.study().and_then(|s| s.step(id).cloned()).filter(Step::is_there) else {
+            return Ok(());
+        };
         if step.ranking.is_none() && !self.bench.is_awaited() {
             self.say("scan", "scoring every candidate once", false);
             let mut fitting = self.at(id)?;
@@ -257,9 +274,11 @@ impl Worker {
             let ranking = fitting.ranking();
             self.at = Some((id, fitting));
             let ranking = Some(Arc::new(ranking?));
-            if let Some(step) = self.bench.study().step_mut(id) {
+            let Some(mut study) = self.study() else { return Ok(()) };
+            if let Some(step) = study.step_mut(id) {
                 step.ranking = ranking;
             }
+            drop(study);
             self.bench.changed();
         }
         if step.scan.is_none() && !self.bench.is_awaited() {
@@ -283,11 +302,7 @@ impl Worker {
         self.say("fit", &format!("fitting the {}", root.label()), false);
         let fitting = self.start(&root)?;
         let id = self.bench.study().next_id();
-        {
-            let mut study = self.bench.study();
-            (study.shown, study.against) = (Some(id), None);
-        }
-        self.publish(Step { id, ..first(root) }, fitting)?;
+        self.publish(Step { id, ..first(root) }, fitting, Some(None))?;
         self.look(id)
     }
 }

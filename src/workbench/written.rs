@@ -29,7 +29,7 @@ pub(super) fn all(study: &Study) -> Result<()> {
 /// The commands that repeat what was done.
 pub(super) fn commands(study: &Study) -> Vec<String> {
     let scenario = study.folder.join("scenario.ron");
-    if study.shown.is_none() || study.robot.is_none() {
+    if study.on_show().is_none() || study.robot.is_none() {
         return Vec::new();
     }
     ["diagnose", "scenario"]
@@ -44,8 +44,7 @@ pub(super) fn commands(study: &Study) -> Vec<String> {
 /// When something cannot be written as RON.
 pub(super) fn scenario(study: &Study) -> Result<Option<String>> {
     let Some(robot) = &study.robot else { return Ok(None) };
-    let step = study.shown.and_then(|id| study.step(id)).filter(|s| !s.effects.is_empty());
-    let Some(step) = step else { return Ok(None) };
+    let Some(step) = study.on_show() else { return Ok(None) };
     let files = |role: Role| -> Vec<PathBuf> {
         study.usable(role).map(|log| beside(&study.folder, &log.path)).collect()
     };
@@ -53,6 +52,13 @@ pub(super) fn scenario(study: &Study) -> Result<Option<String>> {
         format!("// `{}`, written by lacuna workbench {}.\n", study.name, env!("CARGO_PKG_VERSION"));
     for command in commands(study) {
         text += &format!("//     {command}\n");
+    }
+    text += "// The errors below are those of the workbench and of `lacuna diagnose`, which leave the widths of signs some\n\
+             // slack; `lacuna scenario` fits the effects as they stand, and its figure may be a few per cent of it higher.\n";
+    for log in study.usable(Role::Fit).chain(study.usable(Role::Validate)) {
+        if let Some(thinned) = log.log.as_ref().and_then(|l| l.thinned.as_ref()) {
+            text += &format!("// {} is very long: every {}. sample of it is used\n", log.name, thinned.every);
+        }
     }
     for id in study.path(step.id) {
         let Some(step) = study.step(id) else { continue };

@@ -116,6 +116,13 @@ export async function workbench(args, out = join(folder(), "study")) {
   return { address, origin: new URL(address).origin, out, pid: child.pid, stop: () => end("SIGINT"), kill: () => end("SIGKILL") };
 }
 
+/** A browser, a workbench and a page in it. */
+export async function begin(args) {
+  const browser = await launch();
+  const bench = await workbench(args);
+  return { browser, bench, ...await enter(browser, bench) };
+}
+
 /** Opens a workbench; afterwards `seen.troubles` holds whatever went wrong in the page. */
 export async function enter(browser, bench, options = {}) {
   return open(browser, bench.address, { acceptDownloads: true, ...options });

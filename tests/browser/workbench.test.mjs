@@ -4,18 +4,14 @@ import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { after, before, test } from "node:test";
-import { binary, enter, finish, launch, root, studyOf, until, workbench } from "./browser.mjs";
+import { begin, binary, enter, finish, root, studyOf, until, workbench } from "./browser.mjs";
 
 const SCAN = 90_000;
 let browser;
 let bench;
 let page;
 let seen;
-before(async () => {
-  browser = await launch();
-  bench = await workbench(["scenarios/mystery_one.ron"]);
-  ({ page, seen } = await enter(browser, bench));
-});
+before(async () => { ({ browser, bench, page, seen } = await begin(["scenarios/mystery_one.ron"])); });
 after(() => finish(browser));
 
 const rungs = () => page.locator("#ladder > .rungs > li");

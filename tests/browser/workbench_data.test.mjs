@@ -6,17 +6,13 @@ import { request } from "node:http";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { gunzipSync } from "node:zlib";
-import { enter, HOSTILE, finish, launch, root, studyOf, until, workbench } from "./browser.mjs";
+import { begin, enter, finish, HOSTILE, root, studyOf, until, workbench } from "./browser.mjs";
 
 let browser;
 let bench;
 let page;
 let seen;
-before(async () => {
-  browser = await launch();
-  bench = await workbench([]);
-  ({ page, seen } = await enter(browser, bench));
-});
+before(async () => { ({ browser, bench, page, seen } = await begin([])); });
 after(() => finish(browser));
 
 const log = gunzipSync(readFileSync(join(root, "scenarios/mystery/one_fit.csv.gz"))).toString();
@@ -83,6 +79,36 @@ test("a log with foreign columns is mended with a column map in the page", async
   await page.getByRole("button", { name: "Use this map" }).click();
   const s = await until(page, (one) => one.shown !== null && one.logs.every((l) => l.usable));
   assert.ok(s.steps.find((one) => one.id === s.shown).held_out_percent < 2, "in radians the model fits as before");
+});
+
+test("foreign columns are told by choosing: headers are guessed, units chosen, and the map is written", async () => {
+  const own = await begin([]);
+  const take = (kind, name, text) => own.page.locator(`input[data-kind="${kind}"]`).setInputFiles({ name, mimeType: "text/plain", buffer: Buffer.from(text) });
+  await take("robot", "panda.ron", readFileSync(join(root, "robots/panda.ron"), "utf8"));
+  await own.page.locator("#robot").waitFor();
+  await take("log", "angles.csv", foreign().replace(/^t,/, "clock,"));
+  await own.page.locator("#log0").getByText("It cannot be used yet.").waitFor();
+  const map = own.page.getByRole("textbox", { name: "column map" });
+  const pick = (name, option) => own.page.getByRole("combobox", { name, exact: true }).selectOption({ label: option });
+  await pick("time", "clock");
+  assert.match(await map.inputValue(), /position: \(columns: "angle_\{1\}", unit: Radians\)/, "the guess");
+  await pick("in the unit, position", "degrees");
+  await pick("in the unit, velocity", "degrees/s");
+  assert.equal(await map.inputValue(), [
+    "(", "    time: (column: \"clock\", unit: Seconds),", "    position: (columns: \"angle_{1}\", unit: Degrees),",
+    "    velocity: (columns: \"rate_{1}\", unit: Degrees),", "    torque: (columns: \"torque_{1}\", unit: NewtonMeters),", ")", ""].join("\n"));
+  const gains = own.page.getByRole("textbox", { name: /gains/ });
+  await pick("in the unit, torque", "A, times gains");
+  await gains.fill("1, 1, 1, 1, 1, 1, 2");
+  assert.match(await map.inputValue(), /torque: \(current: "torque_\{1\}", gains: \[1, 1, 1, 1, 1, 1, 2\]\)/);
+  await pick("in the unit, torque", "N m");
+  assert.equal(await gains.isVisible(), false);
+  await own.page.getByRole("button", { name: "Use this map" }).click();
+  const s = await until(own.page, (one) => one.shown !== null);
+  assert.ok(s.logs[0].usable && s.steps[0].held_out_percent < 2, "with this map it is the log it was");
+  assert.deepEqual(own.seen.troubles, []);
+  await own.bench.stop();
+  await own.browser.close();
 });
 
 test("a joint called like an attack stays a name, in robots and in logs", async () => {

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { after, before, test } from "node:test";
-import { enter, finish, launch, studyOf, until, workbench } from "./browser.mjs";
+import { begin, finish, studyOf, until } from "./browser.mjs";
 
 const SEARCH = 120_000;
 let browser;
@@ -11,9 +11,7 @@ let bench;
 let page;
 let seen;
 before(async () => {
-  browser = await launch();
-  bench = await workbench(["scenarios/mystery_one.ron"]);
-  ({ page, seen } = await enter(browser, bench));
+  ({ browser, bench, page, seen } = await begin(["scenarios/mystery_one.ron"]));
   await page.locator("#torque canvas").first().waitFor();
 });
 after(() => finish(browser));
@@ -77,6 +75,10 @@ test("a search shows how far it is, and stopped it keeps its best", async () => 
   await page.getByRole("button", { name: "Look for link parameters" }).click();
   const search = page.locator("#search");
   await page.waitForFunction(() => /objective[\s\S]*\d/.test(document.querySelector("#search .figures")?.innerText ?? ""), null, { timeout: SEARCH });
+  // How far it is and how long it will take, in the bar at the top and beside the figures.
+  await page.waitForFunction(() => /left\s*(about )?\d/i.test(document.querySelector("#search .figures").innerText), null, { timeout: SEARCH });
+  await page.locator("#job .left", { hasText: /about .* left/ }).waitFor();
+  assert.ok(await search.getByRole("progressbar").evaluate((bar) => bar.value > 0 && bar.value < 1));
   await search.getByRole("button", { name: "Stop" }).click();
   await page.getByRole("heading", { name: /^Stopped/ }).waitFor();
   const s = await state();

@@ -139,6 +139,7 @@ impl Bench {
         let start = Instant::now();
         loop {
             let state = self.get("/api/state").json();
+            check(&state);
             if wanted(&state) {
                 return state;
             }
@@ -153,6 +154,17 @@ impl Bench {
         let host = self.host();
         let stream = self.send("GET /api/events HTTP/1.1", &[("Host", host.as_str())], b"");
         Tab { lines: BufReader::new(stream) }
+    }
+}
+
+/// Whatever happens: the models on show are among the steps, and so is every step on the way to them.
+fn check(state: &Value) {
+    let steps = state["steps"].as_array().expect("a list");
+    let named = [&state["shown"], &state["against"]].into_iter().filter(|id| !id.is_null());
+    for id in named.chain(state["path"].as_array().expect("a list")) {
+        let step = steps.iter().find(|step| step["id"] == *id);
+        let step = step.unwrap_or_else(|| panic!("step {id} is on show but is none of {steps:?}"));
+        assert!(step["held_out_percent"].is_f64(), "{step:?}");
     }
 }
 

@@ -52,6 +52,30 @@ fn a_study_from_dropped_files_to_a_smaller_error_and_back() {
     assert_eq!(bench.get("/api/region?log=0&from=1e9").json()["rows"], 0);
     assert_eq!(bench.get("/api/region?log=5").status, 422);
 
+    // The report's verdict says what was added, and most of the error is put down to it where it explains most.
+    let added = files.run(&[
+        "diagnose",
+        "--robot",
+        "two_link.ron",
+        "--data",
+        "logs/fit.csv.gz",
+        "--add",
+        "joint_spring:joint1",
+        "--json",
+        "--out",
+        "added",
+    ]);
+    let page = String::from_utf8(files.bytes("added/report.html")).expect("text");
+    assert!(page.contains("added joint spring on joint1: held-out error "), "{}", json(&added)["ladder"]);
+    let flags =
+        ["diagnose", "--robot", "two_link.ron", "--data", "logs/fit.csv.gz", "--model", "rigid", "--json"];
+    let first = |more: &[&str]| json(&files.run(&[&flags[..], more].concat()))["first"].clone();
+    assert_eq!(first(&[])["joint"], "joint1");
+    let with_spring = first(&["--add", "joint_spring:joint1"]);
+    assert_eq!(
+        (&with_spring["joint"], &with_spring["cause"]),
+        (&json("\"joint1\""), &json("\"joint_spring\""))
+    );
     // The command line repeats it.
     let scenario = files.run(&["diagnose", "study/scenario.ron", "--json"]);
     let again = json(&scenario)["baseline"]["held_out_relative_error_percent"].as_f64().expect("a number");
@@ -66,6 +90,29 @@ fn a_study_from_dropped_files_to_a_smaller_error_and_back() {
         assert_eq!(taken.status, 200, "{file}");
         assert!(taken.header("content-disposition").is_some_and(|d| d.starts_with("attachment")));
     }
+}
+
+#[test]
+fn what_was_made_of_logs_that_are_gone_is_not_shown() {
+    let files = Files::new();
+    files.simulate();
+    let bench = Bench::open(&files, &["--robot", "two_link.ron"]).enter();
+    let log = files.bytes("logs/fit.csv.gz");
+    for k in 0..12 {
+        assert_eq!(bench.upload("log", &format!("{k}.csv"), &log).status, 200);
+    }
+    bench.wait("a fit of all logs", |s| {
+        s["job"]["kind"] == "fit"
+            && s["logs"].as_array().is_some_and(|l| l.iter().all(|l| l["usable"] == true))
+    });
+    for k in 0..12 {
+        assert_eq!(bench.post("/api/remove", &format!(r#"{{"log": {k}}}"#)).status, 200);
+    }
+    let empty = bench.wait("the end of the fit", |s| s["job"].is_null());
+    assert_eq!((&empty["shown"], &empty["steps"]), (&json("null"), &json("[]")), "{}", empty["trouble"]);
+    assert!(empty["trouble"].is_null(), "{}", empty["trouble"]);
+    assert_eq!(bench.upload("log", "again.csv", &log).status, 200);
+    bench.wait("the model of the new log", |s| s["steps"][0]["held_out_percent"].is_f64());
 }
 
 #[test]
@@ -115,7 +162,14 @@ fn a_retrieval_is_stopped_and_keeps_its_best() {
     bench.wait("a model", |s| !s["steps"][0]["held_out_percent"].is_null());
     let order = r#"{"engines": ["lmi", "penalty"], "runs": 4000}"#;
     assert_eq!(bench.post("/api/retrieve", order).status, 200);
-    bench.wait("progress", |s| s["retrieval"]["engine"] == "penalty" && !s["job"]["fraction"].is_null());
+    let mut tab = bench.listen();
+    let begun = bench.wait("progress", |s| {
+        s["retrieval"]["engine"] == "penalty" && s["job"]["seconds_left"].as_f64() > Some(0.0)
+    });
+    let done = begun["job"]["fraction"].as_f64().expect("a share");
+    assert!(done > 0.0 && done < 1.0, "{done}");
+    let told = tab.until("retrieval", |r| r["fraction"].as_f64() > Some(done) && r["seconds_left"].is_f64());
+    assert!(told, "every tab hears how far it is and what is left");
     assert_eq!(bench.post("/api/add", r#"{"effect": "payload"}"#).status, 409);
     assert_eq!(bench.post("/api/stop", "{}").status, 200);
     let state = bench.wait("the end", |s| s["retrieval"]["running"] == false);
@@ -127,6 +181,8 @@ fn a_retrieval_is_stopped_and_keeps_its_best() {
     assert!(results[1]["runs"].as_u64() < Some(4000));
     assert!(results[1]["certified_gap_percent"].as_f64().is_some_and(|gap| gap >= 0.0));
     assert_eq!(bench.get("/api/file/robot.urdf").status, 200);
+    let report = bench.get("/api/file/report.json").json();
+    assert_eq!(report["diagnosis"].is_null(), state["diagnosis"].is_null(), "what was found stands in it");
     assert!(bench.get("/api/page").json()["report"]["retrievals"].is_array());
 }
 

@@ -5,7 +5,7 @@ use lacuna::effects::Effect;
 use lacuna::log::{ColumnMap, Log};
 use lacuna::robot::Robot;
 use lacuna::scenario::{HoldOut, Logs, find_log};
-use lacuna::signals::{Mode, Settings};
+use lacuna::signals::{Mode, Settings, thinned};
 use lacuna::{Error, Result, text};
 
 use super::super::{open_log, open_model, open_robot, open_scenario};
@@ -40,8 +40,8 @@ impl Diagnose {
             effect.load(&folder).map_err(|e| text::placed(e, file))?;
         }
         let robot_path = plain(&folder.join(&scenario.robot));
-        let mut robot = open_robot(&robot_path, self.gravity.as_deref())?;
-        if let (Some(gravity), None) = (scenario.gravity, &self.gravity) {
+        let mut robot = open_robot(&robot_path, self.from.gravity.as_deref())?;
+        if let (Some(gravity), None) = (scenario.gravity, &self.from.gravity) {
             robot = robot.with_gravity(nalgebra::Vector3::from(gravity));
         }
         let add = self.wishes(&robot, &mut scenario.candidates)?;
@@ -54,7 +54,7 @@ impl Diagnose {
                 .in_file(file)
                 .help("give it `logs: Files(fit: [..])`"));
         };
-        let columns = match (&self.columns, columns) {
+        let columns = match (&self.from.columns, columns) {
             (Some(map), _) => Some(ColumnMap::open(map)?),
             (None, Some(map)) => Some(ColumnMap::open(folder.join(map))?),
             (None, None) => None,
@@ -63,11 +63,12 @@ impl Diagnose {
             let found = |f: &PathBuf| find_log(&folder, f, missing.as_deref());
             files.iter().map(|f| found(f).map_err(|e| text::placed(e, file))).collect()
         };
+        let settings = self.settings(scenario.signals.clone());
         let pick = |given: &[PathBuf], files: &[PathBuf]| -> Result<Vec<Log>> {
             let files = if given.is_empty() { named(files)? } else { given.to_vec() };
-            files.iter().map(|f| open_log(f, &robot, columns.as_ref())).collect()
+            files.iter().map(|f| thinned(open_log(f, &robot, columns.as_ref())?, &settings)).collect()
         };
-        let (logs, validate) = (pick(&self.data, fit)?, pick(&self.validate, validate)?);
+        let (logs, validate) = (pick(&self.from.data, fit)?, pick(&self.from.validate, validate)?);
         let reference = pick(&self.reference, &[])?;
         let chosen = scenario.signals.mode == Mode::Parallel;
         Ok(Inputs {
@@ -75,7 +76,7 @@ impl Diagnose {
             validate,
             reference,
             start,
-            settings: self.settings(scenario.signals.clone()),
+            settings,
             choose: !chosen,
             hold_out: scenario.hold_out,
             seed: scenario.seed,
@@ -87,25 +88,27 @@ impl Diagnose {
     }
 
     pub(super) fn in_flags(&self, path: &Path) -> Result<Inputs> {
-        let robot = open_robot(path, self.gravity.as_deref())?;
-        if self.data.is_empty() {
+        let robot = open_robot(path, self.from.gravity.as_deref())?;
+        if self.from.data.is_empty() {
             return Err(Error::new("no log to explain").help("give --data A.csv"));
         }
         let mut extra = Vec::new();
         let add = self.wishes(&robot, &mut extra)?;
         let start = start(self.model.as_deref().unwrap_or("classic"))?;
-        let columns = self.columns.as_ref().map(ColumnMap::open).transpose()?;
-        let open = |files: &[PathBuf]| -> Result<Vec<Log>> {
-            files.iter().map(|f| open_log(f, &robot, columns.as_ref())).collect()
-        };
-        let (logs, validate, reference) = (open(&self.data)?, open(&self.validate)?, open(&self.reference)?);
+        let columns = self.from.columns.as_ref().map(ColumnMap::open).transpose()?;
         let usual = Settings { mode: Mode::Parallel, band_hz: 8.0, trim_s: 1.0, ..Settings::default() };
+        let settings = self.settings(usual);
+        let open = |files: &[PathBuf]| -> Result<Vec<Log>> {
+            files.iter().map(|f| thinned(open_log(f, &robot, columns.as_ref())?, &settings)).collect()
+        };
+        let (logs, validate, reference) =
+            (open(&self.from.data)?, open(&self.from.validate)?, open(&self.reference)?);
         Ok(Inputs {
             logs,
             validate,
             reference,
             start,
-            settings: self.settings(usual),
+            settings,
             choose: true,
             hold_out: HoldOut::Auto,
             seed: 1,

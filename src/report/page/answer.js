@@ -190,6 +190,7 @@ export function signals(d) {
     ["cut from both ends", `${num(s.trim_s)} s`],
     ["rows per joint", String(s.rows_used)],
     ["rows left out", dropped],
+    ...Object.entries(s.thinned).map(([log, t]) => ["very long log", `${log}: ${t.every > 1 ? `${num(t.to_hz, 4)} Hz of ${num(t.from_hz, 4)} Hz kept after a low-pass, ` : ""}${num(t.rows_hz)} rows per second fitted`]),
     [term("fold", "held out"), s.folds],
     ["starting model", d.baseline.effects.map(words).join(" + ")],
   ];

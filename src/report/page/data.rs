@@ -43,7 +43,7 @@ impl Data {
             title: page.title.to_string(),
             verdict: page.verdict(),
             diagnosis: without_timing(value(&page.diagnosis)?),
-            report: without_timing(value(&page.report)?),
+            report: without_diagnosis(without_timing(value(&page.report)?)),
             pictures: page.pictures.map(PicturesJson::of),
             open: open.filter(|i| i.is_open()).map(|i| i.parameter.clone()).collect(),
             catalogue: catalogue.collect(),
@@ -77,6 +77,14 @@ fn trouble(e: &serde_json::Error) -> Error {
 }
 
 /// The same input gives the same page: what the wall clock said stays out.
+/// A report's diagnosis stands beside it.
+fn without_diagnosis(mut of: Value) -> Value {
+    if let Value::Object(fields) = &mut of {
+        fields.remove("diagnosis");
+    }
+    of
+}
+
 fn without_timing(mut of: Value) -> Value {
     if let Value::Object(fields) = &mut of {
         fields.remove("timing");

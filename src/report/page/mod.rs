@@ -7,6 +7,7 @@ mod data;
 
 use crate::diagnose::{Diagnosis, Verdict};
 use crate::error::Result;
+use crate::report::diagnosis_text::{additions, asked, left};
 use crate::report::pictures::Pictures;
 use crate::report::{Report, verdict};
 
@@ -88,7 +89,10 @@ impl Page<'_> {
     /// The answer: one sentence, then what supports it.
     pub fn verdict(&self) -> Vec<String> {
         match (self.diagnosis, self.report) {
-            (Some(diagnosis), _) => answer(diagnosis),
+            (Some(diagnosis), None) => answer(diagnosis),
+            (Some(diagnosis), Some(report)) => {
+                std::iter::once(study_verdict(report)).chain(answer(diagnosis)).collect()
+            }
             (None, Some(report)) => vec![study_verdict(report)],
             (None, None) => vec![self.title.to_string()],
         }
@@ -102,6 +106,11 @@ pub fn modules() -> impl Iterator<Item = (&'static str, &'static str)> {
 
 /// What is missing, in one sentence; where, and why the search ended.
 fn answer(d: &Diagnosis) -> Vec<String> {
+    let asked = asked(d);
+    if !asked.is_empty() {
+        let done = additions(d, &asked, spoken).join("; ");
+        return vec![done, left(d, spoken), d.stop_reason.clone()];
+    }
     let on = |joints: &[String]| match joints {
         [] => String::new(),
         joints => format!(" on {}", joints.join(", ")),

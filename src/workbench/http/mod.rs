@@ -1,5 +1,6 @@
 //! The page and its data over HTTP, for one browser on this machine.
 
+mod actions;
 mod door;
 mod events;
 mod reply;
@@ -52,19 +53,19 @@ pub(super) fn serve(bench: Arc<Bench>, listener: TcpListener, door: Door) -> Res
 
 fn router(shared: Shared) -> Router {
     let actions = Router::new()
-        .route("/api/remove", post(routes::remove))
-        .route("/api/role", post(routes::role))
-        .route("/api/columns", post(routes::columns))
-        .route("/api/model", post(routes::model))
-        .route("/api/add", post(routes::add))
-        .route("/api/undo", post(routes::undo))
-        .route("/api/show", post(routes::show))
-        .route("/api/diagnose", post(routes::diagnose))
-        .route("/api/stop", post(routes::stop))
-        .route("/api/constraints", post(routes::constraints))
-        .route("/api/retrieve", post(routes::retrieve))
-        .route("/api/script/check", post(routes::check_script))
-        .route("/api/script/save", post(routes::save_script));
+        .route("/api/remove", post(actions::remove))
+        .route("/api/role", post(actions::role))
+        .route("/api/columns", post(actions::columns))
+        .route("/api/model", post(actions::model))
+        .route("/api/add", post(actions::add))
+        .route("/api/undo", post(actions::undo))
+        .route("/api/show", post(actions::show))
+        .route("/api/diagnose", post(actions::diagnose))
+        .route("/api/stop", post(actions::stop))
+        .route("/api/constraints", post(actions::constraints))
+        .route("/api/retrieve", post(actions::retrieve))
+        .route("/api/script/check", post(actions::check_script))
+        .route("/api/script/save", post(actions::save_script));
     Router::new()
         .route("/", get(routes::index))
         .route("/bench/{name}", get(routes::own_file))

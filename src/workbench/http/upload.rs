@@ -20,7 +20,6 @@ use crate::model_file::ModelFile;
 use crate::robot::Robot;
 use crate::text;
 use crate::workbench::bench::Bench;
-use crate::workbench::folder;
 use crate::workbench::inputs::{add_log, first};
 use crate::workbench::study::{RobotFile, Role, Root};
 use crate::workbench::work::Job;
@@ -65,7 +64,7 @@ pub(super) async fn take(
         return reply::failed(StatusCode::BAD_REQUEST, &error);
     };
     if shared.bench.is_retrieving() {
-        return super::routes::busy();
+        return super::actions::busy();
     }
     let logs = shared.bench.study().logs.len();
     if matches!(about.kind, Kind::Log | Kind::Validate) && logs >= MOST_LOGS {
@@ -137,8 +136,9 @@ fn keep(bench: &Bench, about: &About, place: &Path) -> Result<String> {
             let map = text::read(place).map_err(said)?;
             ColumnMap::parse(&map).map_err(said)?;
             move_to(place, &folder.join("columns.ron"))?;
-            bench.study().columns = Some(map);
-            restart(bench);
+            let mut study = bench.study();
+            study.columns = Some(map);
+            bench.renew(study);
             Ok("columns.ron".to_string())
         }
         Kind::Model => {
@@ -169,8 +169,7 @@ fn robot(bench: &Bench, place: &Path, folder: &Path) -> Result<String> {
     study.steps = vec![first(Root::Classic)];
     (study.shown, study.against, study.retrieval) = (None, None, None);
     study.signals.widths.clear();
-    drop(study);
-    restart(bench);
+    bench.renew(study);
     Ok(name.to_string())
 }
 
@@ -186,26 +185,8 @@ fn log(bench: &Bench, place: &Path, folder: &Path, shown: &str, role: Role) -> R
     move_to(place, &folder.join(&file))?;
     let name = if shown.is_empty() { file.clone() } else { shown.to_string() };
     add_log(&mut study, folder.join(&file), Some(name), role)?;
-    drop(study);
-    restart(bench);
+    bench.renew(study);
     Ok(file)
-}
-
-/// Whatever was found was found in other data.
-pub(super) fn restart(bench: &Bench) {
-    bench.stop_search();
-    let mut study = bench.study();
-    for log in &mut study.logs {
-        log.findings = None;
-    }
-    for step in &mut study.steps {
-        step.effects.clear();
-        (step.fitted, step.ranking, step.scan) = (None, None, None);
-    }
-    study.trouble = None;
-    let _ = folder::save(&study);
-    drop(study);
-    bench.ask(Job::Open { again: true });
 }
 
 fn move_to(from: &Path, to: &Path) -> Result<()> {
