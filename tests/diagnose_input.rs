@@ -296,7 +296,11 @@ fn the_softness_of_a_sign_is_not_sold_as_physics() {
 fn the_sharpness_of_a_sign_is_not_sold_as_physics() {
     for (width, noise) in [(0.001, 1.0), (0.001, 0.1), (0.03, 0.1), (0.06, 0.1)] {
         let d = of_width(width, noise);
-        assert_eq!(d["verdict"], "nothing", "width {width}, noise {noise}: {} {} {}", d["missing"], d["minor"], d["unexplained"]);
+        assert_eq!(
+            d["verdict"], "nothing",
+            "width {width}, noise {noise}: {} {} {}",
+            d["missing"], d["minor"], d["unexplained"]
+        );
     }
 }
 

@@ -104,7 +104,7 @@ impl Default for Limits {
             most_z: 6.2,
             sign_flips: 40,
             steps: 40,
-            formula: (6.0, 0.20),
+            formula: (6.0, 0.35),
             variable: (7.5, 0.25),
             stop: Stop::default(),
         }

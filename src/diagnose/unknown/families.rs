@@ -13,8 +13,8 @@ const CLOCK: [f64; 2] = [0.1, 2.0];
 const CLOCK_STEP: f64 = 0.3;
 
 impl Search<'_> {
-    /// Families over one variable; those with places and widths, which are many, where it is `likely`.
-    pub(super) fn families(&self, variable: &Variable, likely: bool) -> Vec<Vec<Formula>> {
+    /// Families over one variable.
+    pub(super) fn families(&self, variable: &Variable) -> Vec<Vec<Formula>> {
         let mut curves: Vec<Vec<Curve>> = vec![vec![Curve::Linear], vec![Curve::Square]];
         match variable {
             Variable::Position(_) => {
@@ -23,12 +23,14 @@ impl Search<'_> {
             Variable::Speed(_) | Variable::Acceleration(_) => {
                 curves.extend([vec![Curve::Size], vec![Curve::SignedSquare], vec![Curve::Sign]]);
             }
-            Variable::Time if !periodic(&self.data.runs) => curves.push(self.clocks()),
             Variable::Time | Variable::Channel(_) => {}
         }
-        if likely {
-            curves.extend(self.placed(variable));
-        }
+        curves.extend(self.placed(variable));
+        self.with_own(variable, &curves)
+    }
+
+    /// Curves over a variable, each with every factor of the joint's own velocity.
+    fn with_own(&self, variable: &Variable, curves: &[Vec<Curve>]) -> Vec<Vec<Formula>> {
         let joint = &self.data.robot.joints[self.joint].name;
         let formula = |own: Own, shape: Curve| Formula {
             joint: joint.clone(),
@@ -67,12 +69,15 @@ impl Search<'_> {
         }
     }
 
-    /// Waves over time.
-    fn clocks(&self) -> Vec<Curve> {
+    /// Waves over time; none where the motion repeats itself, since everything that follows it looks like a clock then.
+    pub(super) fn clocks(&self) -> Vec<Vec<Formula>> {
+        if periodic(&self.data.runs) {
+            return Vec::new();
+        }
         let (_, seconds) = Variable::Time.range(&self.data.runs);
         let step = CLOCK_STEP / seconds.max(1.0);
         let count = ((CLOCK[1] - CLOCK[0]) / step) as usize;
         let wave = |i: usize| Curve::Wave { k: std::f64::consts::TAU * (CLOCK[0] + i as f64 * step) };
-        (0..=count.min(400)).map(wave).collect()
+        self.with_own(&Variable::Time, &[(0..=count.min(400)).map(wave).collect()])
     }
 }

@@ -18,7 +18,7 @@ use crate::effects::{Curve, Formula};
 use crate::error::Result;
 use crate::random::Stream;
 
-/// Variables over which formulas with a place are tried, beside the joint's own position.
+/// Variables over which formulas are tried, beside the joint's own position.
 const LIKELY: usize = 3;
 /// Something that comes and goes with time must explain this part of the joint's error, and this many times what
 /// anything else does: a clock is what remains when no cause is found.
@@ -117,16 +117,17 @@ impl Search<'_> {
         (0..replicates).into_par_iter().map(replicate).reduce(|| 0.0, f64::max)
     }
 
-    /// The formula that explains most: over every variable, and with places in the range of those that come first and
-    /// of the joint's own position.
+    /// The formula that explains most: over the variables that come first, the joint's own position, and time.
     pub fn formula(&self, first: &[Dependence]) -> Result<Option<Proposal>> {
         let mut likely: Vec<&str> =
             first.iter().take(LIKELY).filter_map(|d| d.variables.first()).map(String::as_str).collect();
         let own = Variable::Position(self.joint).name();
         likely.push(&own);
+        let known = |v: &Variable| likely.contains(&v.name().as_str());
         let variables = Variable::all(&self.data.runs, self.data.dof());
-        let families: Vec<Vec<Formula>> =
-            variables.iter().flat_map(|v| self.families(v, likely.contains(&v.name().as_str()))).collect();
+        let mut families: Vec<Vec<Formula>> =
+            variables.iter().filter(|v| known(v)).flat_map(|v| self.families(v)).collect();
+        families.extend(self.clocks());
         let scored: Vec<Proposal> = families
             .into_par_iter()
             .map(|family| self.score_family(family))
