@@ -18,6 +18,7 @@ pub(super) struct Workbench {
 impl Workbench {
     /// Serves the page until the process is ended.
     pub(super) fn run(self, global: &Global) -> Result<bool> {
+        give_memory_back();
         if self.from.scenario.is_some() && (self.from.robot.is_some() || !self.from.data.is_empty()) {
             return Err(Error::new("both a scenario and --robot or --data are given")
                 .help("give the scenario, or --robot and --data"));
@@ -63,3 +64,25 @@ impl Workbench {
         Ok(true)
     }
 }
+
+/// Starts the program once more in its own place, with an allocator that gives blocks of long logs back.
+///
+/// That of the GNU C library keeps what it has, and more of it with every large block that was freed: a million samples
+/// then take twice the memory. It listens to the environment alone, and only at the start.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+fn give_memory_back() {
+    use std::os::unix::process::CommandExt;
+    const LARGEST_KEPT: (&str, &str) = ("MALLOC_MMAP_THRESHOLD_", "262144");
+    if std::env::var_os(LARGEST_KEPT.0).is_some() {
+        return;
+    }
+    if let Ok(program) = std::env::current_exe() {
+        let again = std::env::args_os().skip(1);
+        // It only returns where it could not be done; then it goes on with more memory.
+        let _ = std::process::Command::new(program).args(again).env(LARGEST_KEPT.0, LARGEST_KEPT.1).exec();
+    }
+}
+
+/// Elsewhere allocators give memory back by themselves.
+#[cfg(not(all(target_os = "linux", target_env = "gnu")))]
+fn give_memory_back() {}

@@ -29,7 +29,7 @@ pub fn prepare(log: &Log, settings: &Settings) -> Result<(Run, SignalReport)> {
     let (cleaned, clock) = on_clock(log, settings)?;
     let grid = Grid::new(&clock.rows, &clock.at);
     let logged = logged_velocity(log, settings)?;
-    let long = is_very_long(log);
+    let long = is_very_long(log).then_some(grid.len());
     let design =
         Design::new(settings, clock.report.period_s, grid.len(), long).map_err(|e| e.about(&log.name))?;
     let report = report(log, settings, cleaned, &clock, &grid, &design, logged.is_some());
@@ -113,7 +113,7 @@ struct Design {
 }
 
 impl Design {
-    fn new(settings: &Settings, dt: f64, samples: usize, very_long: bool) -> Result<Self> {
+    fn new(settings: &Settings, dt: f64, samples: usize, very_long: Option<usize>) -> Result<Self> {
         let band =
             ZeroPhase::butterworth(settings.order, settings.band_hz, dt).map_err(|e| e.about("`band_hz`"))?;
         band.check_length(samples)?;

@@ -75,7 +75,7 @@ impl ThinnedReport {
             1 => "every sample".to_string(),
             n => format!("every {} sample ({:.0} Hz of {:.0} Hz)", ordinal(n), self.to_hz, self.from_hz),
         };
-        format!("very long: {kept} kept, {:.1} rows per second fitted", self.rows_hz)
+        format!("very long: {kept} kept, {:.1} rows per second", self.rows_hz)
     }
 }
 

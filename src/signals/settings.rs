@@ -79,10 +79,10 @@ pub struct Settings {
     /// Cut from both ends after filtering \[s\].
     pub trim_s: f64,
     /// Keep every so-many-th sample after filtering. Not given: all in `Inputs`, about five samples
-    /// per period of the band in `Parallel`, and two of very long logs.
+    /// per period of the band in `Parallel`, and two or, beyond ten thousand rows, one of very long logs.
     pub decimate: Option<usize>,
     /// Rate that logs are thinned to before anything else \[Hz\], `Parallel` only: every so-many-th sample after a low-pass,
-    /// never less. Not given: 250 Hz for very long logs (two million rows times joints), every sample of others. A rate
+    /// never less. Not given: 125 Hz for very long logs (two million rows times joints), every sample of others. A rate
     /// above half the log's keeps every sample of any log.
     pub thin_to_hz: Option<f64>,
     /// Which clock the samples get.
@@ -112,6 +112,9 @@ impl Default for Settings {
         }
     }
 }
+
+/// Rows that a very long log need not have more of.
+const ENOUGH_ROWS: usize = 10_000;
 
 impl Settings {
     /// Checks what can be checked without a log.
@@ -144,13 +147,14 @@ impl Settings {
         Ok(())
     }
 
-    /// Every so-many-th sample is kept at the sampling time `dt` \[s\].
-    pub(super) fn decimation(&self, dt: f64, very_long: bool) -> usize {
-        // All columns lose the same rows, so that fewer of them bias nothing.
-        let per_period = if very_long { 2.0 } else { 5.0 };
-        let automatic = match self.mode {
-            Mode::Inputs => 1,
-            Mode::Parallel => (1.0 / (per_period * self.band_hz * dt)) as usize,
+    /// Every so-many-th sample is kept at the sampling time `dt` \[s\]; of a very long log, so many there are.
+    pub(super) fn decimation(&self, dt: f64, very_long: Option<usize>) -> usize {
+        let every = |per_period: f64| (1.0 / (per_period * self.band_hz * dt)) as usize;
+        let automatic = match (self.mode, very_long) {
+            (Mode::Inputs, _) => 1,
+            (Mode::Parallel, None) => every(5.0),
+            // All columns lose the same rows, so that fewer of them bias nothing, and enough are left.
+            (Mode::Parallel, Some(samples)) => (samples / ENOUGH_ROWS).clamp(every(2.0), every(1.0)),
         };
         self.decimate.unwrap_or(automatic).max(1)
     }
@@ -180,9 +184,10 @@ mod tests {
     #[test]
     fn decimation_leaves_five_samples_per_period_of_the_band() {
         let parallel = Settings { mode: Mode::Parallel, ..Settings::default() };
-        assert_eq!(parallel.decimation(0.001, false), 40);
-        assert_eq!(parallel.decimation(0.001, true), 100);
-        assert_eq!(parallel.decimation(0.1, false), 1);
-        assert_eq!(Settings::default().decimation(0.001, true), 1);
+        assert_eq!(parallel.decimation(0.001, None), 40);
+        let long = [100_000, 1_500_000, 9_000_000].map(|samples| parallel.decimation(0.001, Some(samples)));
+        assert_eq!(long, [100, 150, 200]);
+        assert_eq!(parallel.decimation(0.1, None), 1);
+        assert_eq!(Settings::default().decimation(0.001, Some(1_500_000)), 1);
     }
 }

@@ -15,12 +15,13 @@ use crate::log::{Dropped, Log, Thinned};
 
 /// Rows times joints from which on a log is very long.
 const VERY_LONG: usize = 2_000_000;
-/// Rate that a very long log is thinned to at least \[Hz\]: no cut-off that a diagnosis tries is above 100 Hz.
-const USUAL_HZ: f64 = 250.0;
+/// Rate that a very long log is thinned to at least \[Hz\]: room for the cut-offs that a diagnosis tries, but for its
+/// sharpest of signs.
+const USUAL_HZ: f64 = 125.0;
 /// Samples that every period of the fastest cut-off keeps at least.
 const PER_PERIOD: f64 = 2.5;
-/// Cut-off of the low-pass before thinning, as part of the new rate, and its order: what is folded into a band of 10 Hz
-/// at 250 Hz comes from above 240 Hz and has 2e-4 of its size left.
+/// Cut-off of the low-pass before thinning, as part of the new rate, and its order: what is folded into a band of 5 Hz
+/// at 125 Hz comes from above 120 Hz and has 2e-4 of its size left.
 const CUTOFF: f64 = 0.4;
 const ORDER: usize = 4;
 /// Rows per second by the stamps alone that make it worth looking for the clock, as part of the rate that stays.

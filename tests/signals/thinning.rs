@@ -49,8 +49,9 @@ fn only_very_long_logs_are_thinned_unasked_and_never_where_the_inputs_are_filter
     assert!(inputs.thinned.is_none());
     let (run, report) = prepared(&thinned(long, &parallel).expect("it can be thinned"), &parallel);
     let told = report.thinned.expect("it says so");
-    assert_eq!((told.every, report.rows_read), (4, 1_100_000));
-    assert!((run.dt - 4e-3).abs() < 1e-12 && (told.rows_hz - 10.0).abs() < 1e-9, "{told:?}");
+    assert_eq!((told.every, report.rows_read), (8, 1_100_000));
+    // Two rows per period of 5 Hz would be 12 samples of 8 ms each; ten thousand rows take 13.
+    assert!((run.dt - 8e-3).abs() < 1e-12 && (told.rows_hz - 1.0 / 0.104).abs() < 1e-9, "{told:?}");
     let fast = Settings { thin_to_hz: Some(10.0), ..parallel };
     let refused = thinned(even_log(5000, 1), &fast).expect_err("the cut-offs would not fit").to_string();
     assert!(refused.contains("thin_to_hz") && refused.contains("15.0 Hz"), "{refused}");
