@@ -162,4 +162,6 @@ fn a_payload_is_weighed_against_the_log_without_it() {
     assert_eq!(names(&d["missing"])[0], "payload", "{}", d["missing"]);
     let mass = d["missing"][0]["parameters"][0]["value"].as_f64().expect("a number");
     assert!((mass - 3.06).abs() < 0.15, "{mass}");
+    let caveat = d["missing"][0]["caveat"].as_str().unwrap_or_default();
+    assert!(caveat.contains("gain passes straight into the mass"), "{caveat}");
 }

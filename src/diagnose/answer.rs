@@ -170,6 +170,8 @@ pub struct Missing {
     pub place: String,
     /// Structure that is left on its own variable.
     pub remainder: Option<String>,
+    /// What everybody who reads its numbers must know.
+    pub caveat: Option<String>,
 }
 
 /// Structure that no known effect explains.

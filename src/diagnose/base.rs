@@ -96,6 +96,7 @@ impl Base {
             also_possible: Vec::new(),
             place: "the whole robot: the numbers of the robot file, fitted again".to_string(),
             remainder: None,
+            caveat: None,
         };
         Some((refit.usefulness, missing))
     }

@@ -244,6 +244,7 @@ impl Telling<'_> {
             held_out_rms: joints.iter().map(|&j| (self.name(j), [rung.before[j], rung.after[j]])).collect(),
             also_possible: super::doubts::also_possible(self.ladder, rung),
             place: self.place(rung),
+            caveat: part.effect.caveat().map(str::to_string),
             remainder: part.joint.and_then(|j| super::doubts::remainder(self.ladder, j)),
         })
     }

@@ -218,6 +218,11 @@ pub trait Effect: Debug + Send + Sync {
     /// A copy behind a new box.
     fn boxed(&self) -> Box<dyn Effect>;
 
+    /// What everybody who reads its numbers must know.
+    fn caveat(&self) -> Option<&'static str> {
+        None
+    }
+
     /// The joint it belongs to where that is not the only one whose torque it changes: a gear that twists on one
     /// joint moves all links behind it.
     ///

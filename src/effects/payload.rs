@@ -95,6 +95,10 @@ impl Effect for Payload {
         far.then(|| "a centre of mass more than 2 m away from the link".to_string())
     }
 
+    fn caveat(&self) -> Option<&'static str> {
+        Some("an error of the drives' gain passes straight into the mass: gains 1 % too high weigh 1 % more")
+    }
+
     /// Mass and centre of mass, the latter with errors by the delta method, then the inertia.
     fn describe(&self, robot: &Robot, values: &[f64], covariance: &DMatrix<f64>) -> Result<Vec<Described>> {
         let root = |variance: f64| Some(variance.sqrt()).filter(|e| e.is_finite());

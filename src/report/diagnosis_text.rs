@@ -163,6 +163,9 @@ fn missing(m: &Missing) -> String {
     if !m.also_possible.is_empty() {
         text += &hanging("      ", &format!("also possible: {}", m.also_possible.join(", ")), 8);
     }
+    if let Some(caveat) = &m.caveat {
+        text += &hanging("      ", &format!("mind: {caveat}"), 8);
+    }
     if let Some(remainder) = &m.remainder {
         text += &hanging("      ", &format!("left: {remainder}"), 8);
     }

@@ -2,6 +2,9 @@
 
 use crate::signals::{Run, detect_period};
 
+/// A channel that goes with a joint's torque as closely as this is that torque.
+const SAME: f64 = 0.98;
+
 /// A variable of a log.
 #[derive(Debug, Clone)]
 pub(super) enum Variable {
@@ -72,9 +75,16 @@ impl Variable {
     }
 }
 
-/// Channels that every run has and that vary.
+/// Channels that every run has and that vary; not those which are a joint's torque in other units, as the current of its
+/// motor is: what depends on the torque depends on everything.
 fn channels(runs: &[Run]) -> Vec<String> {
     let Some(first) = runs.first() else { return Vec::new() };
+    let torque = |name: &str| {
+        let alike = |run: &Run, tau: &Vec<f64>| {
+            run.channels.get(name).is_some_and(|c| correlation(c, tau).abs() >= SAME)
+        };
+        (0..first.tau.len()).any(|j| runs.iter().all(|run| alike(run, &run.tau[j])))
+    };
     let varies = |name: &&String| {
         runs.iter().all(|run| {
             let Some(c) = run.channels.get(*name) else { return false };
@@ -82,7 +92,7 @@ fn channels(runs: &[Run]) -> Vec<String> {
             high - low > 1e-9 * low.abs().max(high.abs()).max(1e-9)
         })
     };
-    first.channels.keys().filter(varies).cloned().collect()
+    first.channels.keys().filter(varies).filter(|name| !torque(name)).cloned().collect()
 }
 
 /// Whether a motion repeats itself, so that anything which follows it looks like a clock.
@@ -90,6 +100,38 @@ pub(super) fn periodic(runs: &[Run]) -> bool {
     runs.iter().any(|run| detect_period(run).is_some())
 }
 
+fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len().max(1) as f64;
+    let (ma, mb) = (mean(a), mean(b));
+    let (mut aa, mut bb, mut ab) = (0.0, 0.0, 0.0);
+    for (x, y) in a.iter().zip(b) {
+        let (x, y) = (x - ma, y - mb);
+        (aa, bb, ab) = (aa + x * x, bb + y * y, ab + x * y);
+    }
+    if aa > 0.0 && bb > 0.0 { ab / (aa * bb).sqrt() } else { 0.0 }
+}
+
 fn range(values: &[f64]) -> (f64, f64) {
     values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Variable, correlation};
+    use crate::signals::Run;
+
+    #[test]
+    fn a_motor_current_is_no_variable_and_a_temperature_is() {
+        let wave = |k: f64| -> Vec<f64> { (0..500).map(|i| libm::sin(k * f64::from(i))).collect() };
+        let (tau, temperature) = (wave(0.05), wave(0.011));
+        let current = tau.iter().map(|x| 0.08 * x + 0.3).collect();
+        let channels = [("current1".to_string(), current), ("temp1".to_string(), temperature)].into();
+        let run = Run { tau: vec![tau.clone()], channels, ..Run::default() };
+        let names: Vec<String> =
+            Variable::all(std::slice::from_ref(&run), 0).iter().map(Variable::name).collect();
+        assert_eq!(names, ["time", "temp1"]);
+        assert!(
+            (correlation(&tau, &tau) - 1.0).abs() < 1e-12 && correlation(&tau, &[1.0; 500]).abs() < 1e-12
+        );
+    }
 }

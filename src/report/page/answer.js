@@ -72,6 +72,7 @@ function card(data, m, most) {
         h("p", {}, term("z"), ` ${num(m.z)}`, ` · ${m.where}`),
         beforeAfter(data, m.held_out_rms),
         m.also_possible.length > 0 && h("p.caution", {}, term("also possible"), `: ${m.also_possible.map(words).join(", ")}`),
+        m.caveat && h("p.caution", {}, m.caveat),
         m.remainder && h("p.caution", {}, `left over: ${m.remainder}`))));
 }
 
