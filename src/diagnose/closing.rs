@@ -21,7 +21,7 @@ const OVER_CHANCE: f64 = 1.5;
 /// explains less than this part of it; they must explain as much more.
 const OF_TWO: f64 = 3.0;
 const POOR: f64 = 0.6;
-/// A joint whose reducible error is this many squared floors when the search ends lacks something, whatever it follows.
+/// A joint whose squared error is this many squared floors when the search ends lacks something, whatever it follows.
 const FAR: f64 = 15.0;
 /// Unless it is less than this part of the joint's torque.
 const MATTERS: f64 = 0.02;
@@ -64,6 +64,12 @@ impl Unknown {
             floors: None,
         }
     }
+
+    /// What follows no variable.
+    fn without_variable(joint: usize, floors: f64) -> Self {
+        let (depends_on, floors) = (Vec::new(), Some(floors));
+        Self { joint, depends_on, part: None, z: 0.0, share: 0.0, nearest: None, floors }
+    }
 }
 
 /// The proposal of a formula as an effect script.
@@ -102,6 +108,17 @@ impl Ladder {
         (square - score.gain_of_joint[joint] / self.data.count() as f64) / (f * f) - 1.0
     }
 
+    /// The search for what a joint's error depends on, beside the model at hand.
+    pub fn search_on(&self, joint: usize) -> Search<'_> {
+        Search {
+            data: &self.data,
+            present: &self.present,
+            response: &self.response,
+            joint,
+            width: self.parts.widths[joint],
+        }
+    }
+
     /// Looks for structure without a name on the worst joint, unless the chosen effect closes the case there.
     pub fn unknown_beside(&self, chosen: Option<&Scored>, passing: &[&Scored]) -> Result<Option<Found>> {
         let excess = self.excess();
@@ -111,13 +128,7 @@ impl Ladder {
         if excess[worst] < SMALL || self.closes(chosen, worst, &excess) {
             return Ok(None);
         }
-        let search = Search {
-            data: &self.data,
-            present: &self.present,
-            response: &self.response,
-            joint: worst,
-            width: self.parts.widths[worst],
-        };
+        let search = self.search_on(worst);
         let groups = search.projections();
         let dependences = search.scored(&groups, &self.response);
         let own: Vec<&Scored> =
@@ -126,7 +137,8 @@ impl Ladder {
         let single =
             dependences.first().map_or(0.0, |d| d.part).max(formula.as_ref().map_or(0.0, |f| f.part));
         // Two variables together are only tried where none of them alone comes near.
-        let open = own.is_empty() && excess[worst] >= OF_TWO && single < POOR;
+        let known = self.unknown.iter().any(|u| u.joint == worst && u.part.is_none());
+        let open = !known && own.is_empty() && excess[worst] >= OF_TWO && single < POOR;
         let two = if open { search.two() } else { None };
         let (z, part) = self.limits.variable;
         let two = two.filter(|d| d.score.z >= z && d.part >= part && single < POOR * d.part);
@@ -137,7 +149,6 @@ impl Ladder {
             let nearest = self.nearest(worst, &own);
             return Ok(Some(Found::Formula(Box::new(proposal), nearest)));
         }
-        let known = self.unknown.iter().any(|u| u.joint == worst && u.part.is_none());
         if known || !own.is_empty() {
             return Ok(None);
         }
@@ -211,12 +222,12 @@ impl Ladder {
         };
         let joint = proposal.formula.joint.clone();
         let index = self.data.robot.joint_index(&joint).unwrap_or(0);
+        let before = self.rms();
         if proposal.formula.variable == "time" {
             self.retire_drifts(index)?;
         }
         let effect = refine::shapes(&self.data, &self.present, proposal.formula.boxed())?;
         let values = self.values(effect.as_ref())?;
-        let before = self.rms();
         let part = Part::found(&self.data, effect, Some(index), &values)?;
         let part = self.parts.add(part);
         self.refit()?;
@@ -244,7 +255,8 @@ impl Ladder {
         Ok(true)
     }
 
-    /// Takes drifts of a joint away whose error follows time in another way: they stood in for it.
+    /// Takes drifts of a joint away whose error follows time in another way as well: what is left of a drift beside that
+    /// is a curve over time like any other, and not called a drift.
     fn retire_drifts(&mut self, joint: usize) -> Result<()> {
         let drift = |p: usize| {
             let identity = &self.parts.get(p).identity;
@@ -261,27 +273,43 @@ impl Ladder {
         Ok(())
     }
 
-    /// Takes note of joints that nothing was found for and whose error is far above their floor all the same.
-    pub fn note_unfollowed(&mut self) {
-        self.unknown.retain(|u| !u.depends_on.is_empty());
-        for joint in (0..self.data.dof()).filter(|&j| !self.data.still[j] && !self.data.silent[j]) {
-            // Rows near rest are left out: a sign that is a little too sharp or too soft leaves something there.
-            let rows = self.response.residual[joint].iter().zip(&self.data.resting[joint]);
-            let moving: Vec<f64> = rows.filter(|(_, resting)| !**resting).map(|(r, _)| *r).collect();
-            let excess = (rms(&moving) / self.floor.rms[joint]).powi(2) - 1.0;
-            let matters = rms(&moving) >= MATTERS * rms(&self.data.tau[joint]);
-            if matters && excess >= FAR && self.unknown.iter().all(|u| u.joint != joint) {
-                self.unknown.push(Unknown {
-                    joint,
-                    depends_on: Vec::new(),
-                    part: None,
-                    z: 0.0,
-                    share: 0.0,
-                    nearest: None,
-                    floors: Some((excess + 1.0).sqrt()),
+    /// Settles what has no name when the search ends: formulas that are gone and variables of joints that have come near
+    /// their floor since are forgotten; a joint that nothing was found for and whose error is far above its floor all the
+    /// same is told with the variable that it follows, or without one.
+    pub fn settle_unknowns(&mut self) {
+        let (live, excess) = (self.parts.numbers(), self.excess());
+        self.unknown.retain(|u| match u.part {
+            Some(part) => live.contains(&part),
+            None => !u.depends_on.is_empty() && excess[u.joint] >= SMALL,
+        });
+        // What stands in both of two logs is no difference between them.
+        if self.data.changed.iter().any(|changed| !changed) {
+            return;
+        }
+        for joint in 0..self.data.dof() {
+            let untold = self.unknown.iter().all(|u| u.joint != joint);
+            if let Some(floors) = self.far_above_floor(joint).filter(|_| untold) {
+                let (z, part) = self.limits.variable;
+                let strongest = self.search_on(joint).dependences().into_iter().next();
+                let strongest = strongest.filter(|d| d.score.z >= z && d.part >= part);
+                self.unknown.push(match strongest {
+                    Some(found) => Unknown::variable(joint, &found),
+                    None => Unknown::without_variable(joint, floors),
                 });
             }
         }
+    }
+
+    /// How many times its floor a joint's error is, where that is much and matters beside its torque. Rows near rest are
+    /// left out: a sign that is a little too sharp or too soft leaves something there.
+    fn far_above_floor(&self, joint: usize) -> Option<f64> {
+        if self.data.still[joint] || self.data.silent[joint] {
+            return None;
+        }
+        let rows = self.response.residual[joint].iter().zip(&self.data.resting[joint]);
+        let moving: Vec<f64> = rows.filter(|(_, resting)| !**resting).map(|(r, _)| *r).collect();
+        let floors = rms(&moving) / self.floor.rms[joint];
+        (floors * floors >= FAR && rms(&moving) >= MATTERS * rms(&self.data.tau[joint])).then_some(floors)
     }
 
     /// Structure without a name that is left, each with the script of its formula, where there is one.

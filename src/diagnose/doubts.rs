@@ -4,7 +4,6 @@ use super::answer::Inseparable;
 use super::data::Data;
 use super::ladder::{Ladder, Refusal, Rung};
 use super::late::OF_A_SAMPLE;
-use super::unknown::Search;
 use crate::effects::Effect;
 use crate::error::Result;
 
@@ -81,15 +80,9 @@ pub(super) fn of_the_clock(effect: &dyn Effect, values: &[f64], data: &Data) -> 
 
 /// Structure that is left on a joint whose effect was named.
 pub(super) fn remainder(ladder: &Ladder, joint: usize) -> Option<String> {
-    let search = Search {
-        data: &ladder.data,
-        present: &ladder.present,
-        response: &ladder.response,
-        joint,
-        width: ladder.parts.widths[joint],
-    };
     let (z, part) = ladder.limits.variable;
-    let strongest = search.dependences().into_iter().find(|d| d.score.z >= z && d.part >= part)?;
+    let strongest =
+        ladder.search_on(joint).dependences().into_iter().find(|d| d.score.z >= z && d.part >= part)?;
     let percent = 100.0 * strongest.part;
     Some(format!(
         "{percent:.0} % of what is left depends on {} (z {:.1})",

@@ -136,6 +136,7 @@ impl Ladder {
         (self.data, self.parts, self.present, self.response) =
             (moved.data, moved.parts, moved.present, moved.response);
         self.refused.clear();
+        self.unknown.retain(|u| u.part.is_some());
         for part in self.rungs.iter().map(|r| r.part).collect::<Vec<_>>() {
             let present =
                 Present::with_weights(&self.data, self.parts.columns_without(&[part]), &self.present.weights);

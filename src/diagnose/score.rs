@@ -21,7 +21,7 @@ pub(super) enum Ridge {
     None,
     /// By a part of each column's own size, so that what the model explains stays small.
     OfEach(f64),
-    /// By a part of their mean size, where they are pieces of one curve: it stays near zero where data are few.
+    /// By a part of their mean size at least, where they are pieces of one curve: it stays near zero where data are few.
     OfAll(f64),
 }
 

@@ -26,7 +26,7 @@ pub(super) fn climb_honestly(
     }
     ladder.settle_ties();
     if !ladder.limits.stop.asked() {
-        ladder.note_unfollowed();
+        ladder.settle_unknowns();
     }
     Ok(())
 }

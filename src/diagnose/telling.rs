@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 
 use super::answer::{
     Baseline, Diagnosis, Event, First, Joint, Missing, Moved, Parameter, Refused, Signals, Step, Undecided,
+    Unexplained,
 };
 use super::base::{Base, MOVED};
 use super::ladder::{Ladder, Rung};
@@ -52,7 +53,8 @@ pub(super) struct Telling<'a> {
 impl Telling<'_> {
     pub fn tell(&self) -> Result<Diagnosis> {
         let (missing, minor) = self.missing()?;
-        let found = !missing.is_empty() || !minor.is_empty() || !self.ladder.unknown.is_empty();
+        let unexplained: Vec<Unexplained> = self.ladder.unexplained().into_iter().map(|(u, _)| u).collect();
+        let found = !missing.is_empty() || !minor.is_empty() || !unexplained.is_empty();
         Ok(Diagnosis {
             lacuna: env!("CARGO_PKG_VERSION").to_string(),
             verdict: entry::verdict(found, self.undecided),
@@ -62,7 +64,7 @@ impl Telling<'_> {
             first: if found { self.first() } else { None },
             missing,
             minor,
-            unexplained: self.ladder.unexplained().into_iter().map(|(u, _)| u).collect(),
+            unexplained,
             refused: self.refused(),
             inseparable: super::doubts::inseparable(self.ladder),
             regions: regions::find(&self.ladder.data, &self.base.residual),

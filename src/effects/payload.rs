@@ -96,7 +96,9 @@ impl Effect for Payload {
     }
 
     fn caveat(&self) -> Option<&'static str> {
-        Some("an error of the drives' gain passes straight into the mass: gains 1 % too high weigh 1 % more")
+        Some(
+            "an error of the drives' gain passes straight into the mass: 1 % of gain too much is 1 % of mass too much",
+        )
     }
 
     /// Mass and centre of mass, the latter with errors by the delta method, then the inertia.

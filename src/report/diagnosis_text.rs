@@ -288,7 +288,9 @@ fn also(d: &Diagnosis) -> String {
 
 /// A finding, and everything that looks like it.
 fn apart(effects: &[String]) -> String {
-    effects.split_first().map_or_else(String::new, |(one, others)| format!("{one} and {}", others.join(", ")))
+    effects
+        .split_first()
+        .map_or_else(String::new, |(one, others)| format!("{one} and {}", others.join(" or ")))
 }
 
 fn signals(d: &Diagnosis) -> String {

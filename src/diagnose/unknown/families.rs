@@ -8,7 +8,8 @@ use crate::effects::{Curve, Formula, Own};
 const PLACES: usize = 24;
 /// Widths of bumps tried \[rad\].
 const BUMPS: [f64; 4] = [0.05, 0.1, 0.2, 0.4];
-/// Frequencies of something that comes and goes with time \[Hz\], tried in steps of a part of one over the log's length.
+/// Frequencies of something that comes and goes with time \[Hz\], tried in steps of a part of one over the log's length;
+/// in a log of more than a minute only the lowest of them, up to 0.1 Hz and 120 over its length.
 const CLOCK: [f64; 2] = [0.1, 2.0];
 const CLOCK_STEP: f64 = 0.3;
 

@@ -62,14 +62,14 @@ impl Search<'_> {
 
     /// Groups of flexible columns of every variable, beside the model.
     pub fn projections(&self) -> Vec<(Vec<String>, Projection)> {
-        let variables = Variable::all(&self.data.runs, self.data.dof());
+        let variables = Variable::all(&self.data.runs, &self.data.still);
         self.beside(variables.par_iter().flat_map(|v| self.groups_of(v)).collect())
     }
 
     /// The two positions that together explain most. One pair after the other: there are many columns.
     pub fn two(&self) -> Option<Dependence> {
-        let dof = self.data.dof();
-        let pairs = (0..dof).flat_map(|a| (a + 1..dof).map(move |b| (a, b)));
+        let moving: Vec<usize> = (0..self.data.dof()).filter(|&j| !self.data.still[j]).collect();
+        let pairs = moving.iter().flat_map(|&a| moving.iter().filter(move |b| a < **b).map(move |&b| (a, b)));
         let strongest = |(a, b)| {
             let groups = self.beside(self.groups_of_two(a, b));
             self.scored(&groups, self.response).into_iter().next()
@@ -88,8 +88,10 @@ impl Search<'_> {
     pub fn scored(&self, groups: &[(Vec<String>, Projection)], response: &Response) -> Vec<Dependence> {
         let square: f64 = response.residual[self.joint].iter().map(|r| r * r).sum();
         let one = |(variables, projection): &(Vec<String>, Projection)| {
-            let score = projection.score(self.data, self.present, response)?;
+            let mut score = projection.score(self.data, self.present, response)?;
             let part = score.gain_of_joint[self.joint] / square.max(1e-300);
+            // Nobody asks for its rows, and there are many.
+            score.effect = Vec::new();
             Some(Dependence { variables: variables.clone(), part, score })
         };
         let mut all: Vec<Dependence> = groups.par_iter().filter_map(one).collect();
@@ -124,7 +126,7 @@ impl Search<'_> {
         let own = Variable::Position(self.joint).name();
         likely.push(&own);
         let known = |v: &Variable| likely.contains(&v.name().as_str());
-        let variables = Variable::all(&self.data.runs, self.data.dof());
+        let variables = Variable::all(&self.data.runs, &self.data.still);
         let mut families: Vec<Vec<Formula>> =
             variables.iter().filter(|v| known(v)).flat_map(|v| self.families(v)).collect();
         families.extend(self.clocks());

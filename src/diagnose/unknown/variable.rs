@@ -38,10 +38,10 @@ impl Values<'_> {
 }
 
 impl Variable {
-    /// Everything that these runs hold, for joints by number.
-    pub fn all(runs: &[Run], dof: usize) -> Vec<Self> {
+    /// Everything that these runs hold; nothing of joints that stand `still`, whose noise follows their load.
+    pub fn all(runs: &[Run], still: &[bool]) -> Vec<Self> {
         let of_joint = |i| [Self::Position(i), Self::Speed(i), Self::Acceleration(i)];
-        let mut all: Vec<Self> = (0..dof).flat_map(of_joint).collect();
+        let mut all: Vec<Self> = (0..still.len()).filter(|&i| !still[i]).flat_map(of_joint).collect();
         all.push(Self::Time);
         all.extend(channels(runs).into_iter().map(Self::Channel));
         all
@@ -128,7 +128,7 @@ mod tests {
         let channels = [("current1".to_string(), current), ("temp1".to_string(), temperature)].into();
         let run = Run { tau: vec![tau.clone()], channels, ..Run::default() };
         let names: Vec<String> =
-            Variable::all(std::slice::from_ref(&run), 0).iter().map(Variable::name).collect();
+            Variable::all(std::slice::from_ref(&run), &[]).iter().map(Variable::name).collect();
         assert_eq!(names, ["time", "temp1"]);
         assert!(
             (correlation(&tau, &tau) - 1.0).abs() < 1e-12 && correlation(&tau, &[1.0; 500]).abs() < 1e-12

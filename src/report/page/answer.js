@@ -161,7 +161,7 @@ export function doubts(d) {
     d.refused.length > 0 && table("Fits, but refused", ["effect", "on", "why"],
       d.refused.map((r) => [effectName(r.effect), joints(r.joints), r.reason])),
     d.inseparable.length > 0 && table("Cannot be told apart with this motion", ["effects", "a motion that would tell"],
-      d.inseparable.map((i) => [`${words(i.effects[0])} and ${i.effects.slice(1).map(words).join(", ")}`, i.separating_motion])),
+      d.inseparable.map((i) => [`${words(i.effects[0])} and ${i.effects.slice(1).map(words).join(" or ")}`, i.separating_motion])),
     d.events.length > 0 && table("Events", ["what", "from [s]", "to [s]", "force in the base frame [N]"],
       d.events.map((e) => [words(e.kind), num(e.from_s, 4), num(e.to_s, 4), e.force_n.map((f) => num(f)).join(", ")])),
     d.moved.length > 0 && moved(d.moved),

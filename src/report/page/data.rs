@@ -76,7 +76,6 @@ fn trouble(e: &serde_json::Error) -> Error {
     Error::new(format!("the page cannot be written: {e}"))
 }
 
-/// The same input gives the same page: what the wall clock said stays out.
 /// A report's diagnosis stands beside it.
 fn without_diagnosis(mut of: Value) -> Value {
     if let Value::Object(fields) = &mut of {
@@ -85,6 +84,7 @@ fn without_diagnosis(mut of: Value) -> Value {
     of
 }
 
+/// The same input gives the same page: what the wall clock said stays out.
 fn without_timing(mut of: Value) -> Value {
     if let Value::Object(fields) = &mut of {
         fields.remove("timing");

@@ -80,7 +80,7 @@ function doubts(facts) {
     facts.refused.length > 0 && h("details", {}, h("summary", {}, `${facts.refused.length} that fit but are refused`),
       h("ul", {}, facts.refused.map((r) => h("li", {}, h("b", {}, name(r.effect)), r.joints.length ? ` on ${r.joints.join(", ")}: ` : ": ", r.reason)))),
     facts.inseparable.length > 0 && h("details", {}, h("summary", {}, `${facts.inseparable.length} that this motion cannot tell apart`),
-      h("ul", {}, facts.inseparable.map((i) => h("li", {}, h("b", {}, `${name(i.effects[0])} and ${i.effects.slice(1).map(name).join(", ")}`), `: ${i.separating_motion}`)))),
+      h("ul", {}, facts.inseparable.map((i) => h("li", {}, h("b", {}, `${name(i.effects[0])} and ${i.effects.slice(1).map(name).join(" or ")}`), `: ${i.separating_motion}`)))),
   ];
 }
 
