@@ -53,10 +53,18 @@ pub struct Mark {
     pub variable: bool,
     /// For what a formula can express: the exact term first.
     pub exact: bool,
-    /// Error on the unseen log before and after, over the error with nothing hidden, on the joint that shows most.
+    /// Error on the unseen log before and after, over the error with nothing hidden, on the joint that shows most; no
+    /// number where another log cannot show it.
+    #[serde(deserialize_with = "number")]
     pub before: f64,
     /// After.
+    #[serde(deserialize_with = "number")]
     pub after: f64,
+}
+
+/// JSON has no word for what is not a number but `null`.
+fn number<'de, D: serde::Deserializer<'de>>(from: D) -> std::result::Result<f64, D::Error> {
+    Ok(Option::<f64>::deserialize(from)?.unwrap_or(f64::NAN))
 }
 
 /// Accepted answers besides the name itself.
@@ -197,4 +205,29 @@ fn ratios(unseen: &Unseen<'_>, secrets: &[Secret]) -> (f64, f64) {
     let most =
         joints.into_iter().max_by(|&a, &b| ratio(unseen.before, a).total_cmp(&ratio(unseen.before, b)));
     most.map_or((f64::NAN, f64::NAN), |j| (ratio(unseen.before, j), ratio(unseen.after, j)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Mark;
+
+    #[test]
+    fn a_mark_without_numbers_comes_back_from_a_record() {
+        let mark = Mark {
+            hidden: vec![("payload".to_string(), None, 3.0, 1.0)],
+            answers: Vec::new(),
+            first: false,
+            among_three: false,
+            named: 0,
+            extras: 0,
+            joint: false,
+            variable: false,
+            exact: false,
+            before: f64::NAN,
+            after: 1.5,
+        };
+        let text = serde_json::to_string(&mark).expect("it is written");
+        let again: Mark = serde_json::from_str(&text).expect("it is read");
+        assert!(again.before.is_nan() && again.after.to_bits() == 1.5_f64.to_bits());
+    }
 }
