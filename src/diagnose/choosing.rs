@@ -71,7 +71,7 @@ impl Ladder {
         let mean: f64 = difference.iter().sum::<f64>() / difference.len() as f64;
         let centred: Vec<f64> = difference.iter().map(|d| d - mean).collect();
         let deviation = long_run_variance(&self.data, &centred).sqrt();
-        difference.iter().sum::<f64>() >= 2.0 * deviation
+        difference.iter().sum::<f64>() > 2.0 * deviation
     }
 
     /// Explanations that tie with the chosen one as the model stands.

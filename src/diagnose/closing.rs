@@ -7,7 +7,7 @@ use super::present::rms;
 use super::refine;
 use super::score::Score;
 use super::unknown::{Dependence, Proposal, Search};
-use crate::effects::Effect;
+use crate::effects::{Curve, Effect};
 use crate::error::Result;
 
 /// A named effect closes a case when it leaves less than this part of its joint's reducible error.
@@ -195,8 +195,9 @@ impl Ladder {
         own.iter().all(|named| {
             let tie = !self.clearly_better(score, &named.score);
             let left_by_named = self.left_with(joint, &named.score);
-            // A drift is a curve over time as well: of two such the better one is taken.
+            // A drift is a curve over time as well, so of a drift and a wave the better one is taken.
             let same_kind = proposal.formula.variable == "time"
+                && matches!(proposal.formula.shape, Curve::Wave { .. })
                 && DRIFTS.contains(&self.candidates[named.candidate].name());
             !tie && (same_kind || left < CLEARLY_LESS * left_by_named)
         })
