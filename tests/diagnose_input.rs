@@ -1,6 +1,8 @@
 //! What a diagnosis makes of input that is poor, strange or foreign, on small simulated logs of a made-up arm of
 //! five joints.
 
+#[path = "diagnose_input/events.rs"]
+mod events;
 #[path = "diagnose_input/scripts.rs"]
 mod scripts;
 

@@ -31,7 +31,8 @@ impl Candidate {
     /// A candidate with its grid of nonlinear parameters.
     pub fn new(robot: &Robot, effect: Box<dyn Effect>, order: usize, widths: &[f64]) -> Result<Self> {
         let joint = local_joint(effect.as_ref(), robot)?;
-        let effect = joint.map_or_else(|| effect.clone(), |j| effect.with_width(widths[j]));
+        let whose = effect.sign_of(robot)?.or(joint);
+        let effect = whose.map_or_else(|| effect.clone(), |j| effect.with_width(widths[j]));
         let alternatives = grid(effect.as_ref());
         let identity = Identity::of(effect.as_ref(), robot)?;
         Ok(Self { effect, joint, identity, order, alternatives, columns: Vec::new(), trouble: None })

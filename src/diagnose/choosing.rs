@@ -3,6 +3,7 @@
 use super::ladder::{Ladder, PLAIN, Scored};
 use super::present::Response;
 use super::score::{Score, long_run_variance};
+use crate::error::Result;
 
 /// The same effect is added on other joints at once when it is at least this useful beside the first.
 const FAMILY: f64 = 0.1;
@@ -41,6 +42,36 @@ impl Ladder {
         chosen
     }
 
+    /// The simplest of the explanations that are as good as the best one, if possible one whose numbers are not odd for
+    /// what it is.
+    pub fn likeliest_tie<'s>(&self, best: &'s Scored, passing: &[&'s Scored]) -> Result<&'s Scored> {
+        let simplest = self.simplest_tie(best, passing);
+        if !self.is_odd(simplest)? {
+            return Ok(simplest);
+        }
+        let mut ties: Vec<&Scored> = passing.iter().copied().filter(|s| self.ties(best, s)).collect();
+        ties.sort_by_key(|s| self.candidates[s.candidate].order);
+        for tie in ties {
+            if !self.is_odd(tie)? {
+                return Ok(tie);
+            }
+        }
+        Ok(simplest)
+    }
+
+    /// Whether the numbers that a candidate would get are odd for what it is, or impossible.
+    fn is_odd(&self, scored: &Scored) -> Result<bool> {
+        let effect = &self.candidates[scored.candidate].alternatives[scored.score.alternative];
+        let values = self.values(effect.as_ref())?;
+        Ok(effect.odd(&values).or_else(|| effect.implausible(&values)).is_some())
+    }
+
+    /// Whether the numbers that a candidate would get cannot be.
+    fn is_impossible(&self, scored: &Scored) -> bool {
+        let effect = &self.candidates[scored.candidate].alternatives[scored.score.alternative];
+        self.values(effect.as_ref()).is_ok_and(|values| effect.implausible(&values).is_some())
+    }
+
     /// Whether data cannot tell `other` from `best`: same joint, nearly the gain, and a difference of
     /// losses within two standard errors (Diebold and Mariano 1995).
     pub fn ties(&self, best: &Scored, other: &Scored) -> bool {
@@ -77,7 +108,8 @@ impl Ladder {
     /// Explanations that tie with the chosen one as the model stands.
     pub fn also_possible(&self, chosen: &Scored, passing: &[&Scored]) -> Vec<usize> {
         let others = passing.iter().filter(|s| s.candidate != chosen.candidate);
-        others.filter(|s| self.ties(chosen, s) || self.ties(s, chosen)).map(|s| s.candidate).collect()
+        let tied = others.filter(|s| self.ties(chosen, s) || self.ties(s, chosen));
+        tied.filter(|s| !self.is_impossible(s)).map(|s| s.candidate).collect()
     }
 
     /// What tied with each finding when it was found and still does, now that all the others are in the model: much that

@@ -313,6 +313,12 @@ impl Ladder {
         (floors * floors >= FAR && rms(&moving) >= MATTERS * rms(&self.data.tau[joint])).then_some(floors)
     }
 
+    /// Whether something is said of a joint that has no name.
+    pub fn is_told(&self, joint: usize) -> bool {
+        let live = self.parts.numbers();
+        self.unknown.iter().any(|u| u.joint == joint && u.part.is_none_or(|p| live.contains(&p)))
+    }
+
     /// Structure without a name that is left, each with the script of its formula, where there is one.
     pub fn unexplained(&self) -> Vec<(Unexplained, Option<Proposed>)> {
         let robot = &self.data.robot;

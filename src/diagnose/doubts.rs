@@ -8,7 +8,8 @@ use crate::effects::Effect;
 use crate::error::Result;
 
 /// Effects that noise of the acceleration can imitate; they must survive a position filter of half the cut-off.
-const OF_ACCELERATION: [&str; 3] = ["joint_elasticity", "rotor_inertia", "time_delay"];
+const OF_ACCELERATION: [&str; 5] =
+    ["joint_elasticity", "rotor_inertia", "time_delay", "joint_zero_error", "backlash"];
 /// Part of the threshold that such an effect must keep.
 const KEPT: f64 = 0.5;
 

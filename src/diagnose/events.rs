@@ -26,6 +26,11 @@ const SECOND: f64 = 0.25;
 /// A force has two parameters more than a disturbance of one joint; each must pay this much.
 const PRICE: f64 = 8.0;
 
+/// Steps in which a contact's point is looked for, first and last, and how far from the link's origin [m].
+const FIRST_STEP: f64 = 0.1;
+const LAST_STEP: f64 = 0.01;
+const FAR: f64 = 0.5;
+
 /// A contact that stands out.
 pub(super) struct Contact {
     pub effect: ContactForce,
@@ -43,10 +48,11 @@ struct Sums {
 }
 
 impl Sums {
-    /// Products of `columns` with the model, with each other, and with the residual.
+    /// Products of `columns` with the model, with each other, and with the residual. Rows in which a joint nearly rests
+    /// have no part in it: stiction holds any force there, and nobody knows which.
     fn new(
+        data: &Data,
         present: &Present,
-        weights: &[f64],
         columns: &[Arc<Column>],
         residual: &[Vec<f64>],
         rows: Range<usize>,
@@ -56,8 +62,8 @@ impl Sums {
         for k in rows {
             let mut next = sums.last().cloned().unwrap_or_default();
             for (i, column) in columns.iter().enumerate() {
-                for (joint, own) in &column.parts {
-                    let c = weights[*joint] * weights[*joint] * own[k];
+                for (joint, own) in column.parts.iter().filter(|(joint, _)| !data.resting[*joint][k]) {
+                    let c = present.weights[*joint] * present.weights[*joint] * own[k];
                     if c == 0.0 {
                         continue;
                     }
@@ -119,7 +125,8 @@ pub(super) fn contact(data: &Data, present: &Present, floor: &Floor) -> Result<O
 fn in_run(data: &Data, present: &Present, floor: &Floor, run: usize) -> Result<Option<Contact>> {
     let (rows, span) = (&data.rows[run], data.run_ranges()[run].clone());
     let name = data.runs[run].name.clone();
-    let log = (data.runs.len() > 1).then_some(name);
+    // Named even where there is one log only: another one knows nothing of it.
+    let log = Some(name);
     let end = rows.start + rows.count as f64 * rows.dt;
     let whole = ContactForce {
         from_s: rows.start - 1e3,
@@ -129,13 +136,14 @@ fn in_run(data: &Data, present: &Present, floor: &Floor, run: usize) -> Result<O
         log: log.clone(),
     };
     let columns: Vec<Arc<Column>> = data.columns(&whole)?.into_iter().map(Arc::new).collect();
-    let residual = present.residual_of(&data.tau, &present.fit(&data.tau));
-    let mut weights = present.weights.clone();
+    // The joints are weighed anew in every round, and everything is fitted with the same weights.
+    let mut present = present.reweighted(present.weights.clone());
+    let mut residual = present.residual_of(&data.tau, &present.fit(&data.tau));
     let per = |seconds: f64| (libm::round(seconds / rows.dt) as usize).max(1);
     let mut window = 0..0;
     let mut second = f64::INFINITY;
     for round in 0..3 {
-        let sums = Sums::new(present, &weights, &columns, &residual, span.clone());
+        let sums = Sums::new(data, &present, &columns, &residual, span.clone());
         let try_window = |w: Range<usize>| sums.window(&present.all, &w).map(|(d, gain)| (w, d, gain));
         let candidates: Vec<Range<usize>> =
             if round == 0 { coarse(rows.count, &per) } else { edges(&window, rows.count, per(EDGE)) };
@@ -148,24 +156,68 @@ fn in_run(data: &Data, present: &Present, floor: &Floor, run: usize) -> Result<O
         }
         window = w;
         let global = span.start + window.start..span.start + window.end;
-        let after = without(present, &columns, &residual, &d, &global, &sums, &window);
-        weights = outside_weights(&after, &global);
+        let after = without(&present, &columns, &residual, &d, &global, &sums, &window);
+        present = present.reweighted(outside_weights(data, &after, &global));
+        residual = present.residual_of(&data.tau, &present.fit(&data.tau));
     }
     // Once more with weights that know nothing of the contact.
-    let sums = Sums::new(present, &weights, &columns, &residual, span.clone());
+    let sums = Sums::new(data, &present, &columns, &residual, span.clone());
     let Some((d, gain)) = sums.window(&present.all, &window) else { return Ok(None) };
     let global = span.start + window.start..span.start + window.end;
-    let after = without(present, &columns, &residual, &d, &global, &sums, &window);
+    let after = without(&present, &columns, &residual, &d, &global, &sums, &window);
     let kappa = autocorrelation(data, &after, &global);
     let f = gain / 3.0 / kappa;
     let removed = removed(data, floor, &residual, &after);
-    let bump = one_joint(data, present, &weights, &residual, &span, &window);
+    let bump = one_joint(data, &present, &residual, &span, &window);
     let alone = removed >= LEAST_PART || second <= SECOND;
     let stands_out = f >= LEAST_F && alone && gain > bump + 2.0 * PRICE * kappa;
+    if !stands_out {
+        return Ok(None);
+    }
     let (from, to) = (rows.start + window.start as f64 * rows.dt, rows.start + window.end as f64 * rows.dt);
-    let effect = ContactForce { from_s: from, to_s: to, link: None, point: [0.0; 3], log };
-    let force = [d[0], d[1], d[2]];
-    Ok(stands_out.then_some(Contact { effect, force, f }))
+    let here = Here { data, present: &present, residual: &residual, span, window };
+    let origin = ContactForce { from_s: from, to_s: to, link: None, point: [0.0; 3], log };
+    let (effect, force) = here.point(origin, [d[0], d[1], d[2]], 3.0 * PRICE * kappa)?;
+    Ok(Some(Contact { effect, force, f }))
+}
+
+/// A contact whose interval is known.
+struct Here<'a> {
+    data: &'a Data,
+    present: &'a Present,
+    residual: &'a [Vec<f64>],
+    span: Range<usize>,
+    window: Range<usize>,
+}
+
+impl Here<'_> {
+    /// The force of a contact, and the weighted squared error it removes.
+    fn force(&self, effect: &ContactForce) -> Result<Option<([f64; 3], f64)>> {
+        let columns: Vec<Arc<Column>> = self.data.columns(effect)?.into_iter().map(Arc::new).collect();
+        let inner = self.window.start + self.span.start..self.window.end + self.span.start;
+        let sums = Sums::new(self.data, self.present, &columns, self.residual, inner.clone());
+        let found = sums.window(&self.present.all, &(0..inner.len()));
+        Ok(found.map(|(d, gain)| ([d[0], d[1], d[2]], gain)))
+    }
+
+    /// The point of the last link that the force acts on, where another than its origin explains `worth` more.
+    fn point(&self, origin: ContactForce, force: [f64; 3], worth: f64) -> Result<(ContactForce, [f64; 3])> {
+        let Some((_, from)) = self.force(&origin)? else { return Ok((origin, force)) };
+        let mut best = (origin.clone(), force, from);
+        let mut step = FIRST_STEP;
+        while step >= LAST_STEP {
+            let mut moved = false;
+            for (axis, sign) in (0..3).flat_map(|axis| [(axis, 1.0), (axis, -1.0)]) {
+                let mut effect = best.0.clone();
+                effect.point[axis] = (effect.point[axis] + sign * step).clamp(-FAR, FAR);
+                if let Some((force, gain)) = self.force(&effect)?.filter(|(_, gain)| *gain > best.2) {
+                    (best, moved) = ((effect, force, gain), true);
+                }
+            }
+            step *= if moved { 1.0 } else { 0.5 };
+        }
+        Ok(if best.2 > from + worth { (best.0, best.1) } else { (origin, force) })
+    }
 }
 
 fn coarse(count: usize, per: &dyn Fn(f64) -> usize) -> Vec<Range<usize>> {
@@ -229,12 +281,14 @@ fn without(
         .collect()
 }
 
-/// One over the rms of each joint outside a window.
-fn outside_weights(residual: &[Vec<f64>], window: &Range<usize>) -> Vec<f64> {
+/// One over the rms of each joint outside a window; none for joints without a measurement.
+fn outside_weights(data: &Data, residual: &[Vec<f64>], window: &Range<usize>) -> Vec<f64> {
     let outside = |r: &Vec<f64>| -> Vec<f64> {
         r.iter().enumerate().filter(|(k, _)| !window.contains(k)).map(|(_, x)| *x).collect()
     };
-    residual.iter().map(|r| 1.0 / rms(&outside(r)).max(1e-12)).collect()
+    let weight =
+        |(r, silent): (&Vec<f64>, &bool)| if *silent { 0.0 } else { 1.0 / rms(&outside(r)).max(1e-12) };
+    residual.iter().zip(&data.silent).map(weight).collect()
 }
 
 /// How much larger sums of the residual vary than if its rows were independent, outside the window.
@@ -267,7 +321,6 @@ fn removed(data: &Data, floor: &Floor, before: &[Vec<f64>], after: &[Vec<f64>]) 
 fn one_joint(
     data: &Data,
     present: &Present,
-    weights: &[f64],
     residual: &[Vec<f64>],
     span: &Range<usize>,
     window: &Range<usize>,
@@ -275,7 +328,7 @@ fn one_joint(
     (0..data.dof())
         .filter_map(|joint| {
             let columns = [Arc::new(Column::of(joint, vec![1.0; data.count()]))];
-            let sums = Sums::new(present, weights, &columns, residual, span.clone());
+            let sums = Sums::new(data, present, &columns, residual, span.clone());
             sums.window(&present.all, window).map(|(_, gain)| gain)
         })
         .fold(0.0, f64::max)

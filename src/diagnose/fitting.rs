@@ -196,8 +196,9 @@ impl Fitting {
         let unseen = match self.unseen.as_slice() {
             [] => None,
             runs => {
-                let seen = with_model_torque(&model, &found.x, runs)?;
-                let torque = super::unseen::measured(data, predict(&model, &seen, &found.x)?);
+                let x = super::unseen::without_events(&model, found.x.clone());
+                let seen = with_model_torque(&model, &x, runs)?;
+                let torque = super::unseen::measured(data, predict(&model, &seen, &x)?);
                 let errors = prediction_errors(&seen, &torque);
                 for (run, torque) in runs.iter().zip(torque) {
                     let mut trace = Trace::of(run, Role::NeverFitted);

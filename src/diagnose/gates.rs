@@ -58,21 +58,24 @@ impl Ladder {
         score.gain_of_joint.iter().zip(&self.response.residual).map(part).fold(0.0, f64::max)
     }
 
-    /// Whether what acts on one joint shows elsewhere than where that joint turns round or rests: there a sign a little
-    /// too sharp, too soft, early or late says the same.
+    /// Whether what acts on one joint, or a delay of all of them, shows elsewhere than where joints turn round or rest:
+    /// there a sign a little too sharp, too soft, early or late says the same.
     pub fn beyond_reversals(&self, candidate: &Candidate, score: &Score) -> bool {
-        let Some(joint) = candidate.joint else { return true };
-        if candidate.name() == TimeDelay::ABOUT.name {
+        let delay = candidate.name() == TimeDelay::ABOUT.name;
+        if candidate.joint.is_none() && !delay {
+            return true;
+        }
+        if candidate.joint.is_some() && delay {
             return score.at_rest <= OF_A_DELAY;
         }
-        score.at_rest <= MOST_AT_REST || score.z >= BEYOND_DOUBT * self.gates.of(Some(joint))
+        score.at_rest <= MOST_AT_REST || score.z >= BEYOND_DOUBT * self.gates.of(candidate.joint)
     }
 
     /// Everything that is asked of a score beside its significance.
     pub fn worthwhile(&self, usefulness: f64, score: &Score) -> bool {
         score.share >= self.limits.least_share
             && self.part_of_joint(score) >= self.limits.least_of_joint
-            && usefulness >= self.limits.least_usefulness
+            && usefulness >= self.limits.least_usefulness.max(self.least_beside)
             && score.z_without_best >= self.limits.z_without_best
             && score.in_one_second <= self.limits.most_in_one_second
     }

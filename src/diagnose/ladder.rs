@@ -1,25 +1,27 @@
 //! The climb: name the effect that explains most in unseen data, add it, fit everything again, until nothing
 //! significant is left; then look back whether all of it is still needed.
 
-use std::sync::Arc;
-
 use rayon::prelude::*;
 
 use super::candidates::{self, Candidate, Identity};
 use super::closing::Unknown;
-use super::data::{Column, Data};
+use super::data::Data;
 use super::floor::Floor;
 use super::gates::Gates;
 use super::parts::{Part, Parts};
 use super::present::{Present, Response, rms};
 use super::score::{Projection, Ridge, Score};
-use super::{Limits, doubts, events, refine};
+use super::{Limits, events, refine};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::report::pictures::Ranked;
 
 /// Offset, viscous and Coulomb friction come first in the catalogue, after the rigid body.
 pub(super) const PLAIN: usize = 3;
+
+/// What gains less than this part of the largest reducible error that is left is not believed: a model that misses so
+/// much on one joint cannot tell so little on another.
+const BESIDE: f64 = 0.01;
 
 /// An effect that was no longer needed this often is not tried again.
 const RETURNS: usize = 2;
@@ -69,6 +71,10 @@ pub(super) struct Ladder {
     pub unknown: Vec<Unknown>,
     /// Parts that act in an interval only.
     pub events: Vec<usize>,
+    /// Least gain, in units of the noise floor per sample, that is worth a word beside what is still unexplained.
+    pub least_beside: f64,
+    /// Largest z at the last look of what shows only where joints turn round.
+    pub at_reversals: f64,
     /// Largest z of anything at the last look, with what it belongs to.
     pub best_left: f64,
     /// What every candidate would bring beside the starting model, for the picture of the ranking.
@@ -76,12 +82,12 @@ pub(super) struct Ladder {
 }
 
 /// A candidate that is about to be added.
-struct Addition {
-    candidate: usize,
-    alternative: usize,
-    score: Score,
-    usefulness: f64,
-    also: Vec<usize>,
+pub(super) struct Addition {
+    pub candidate: usize,
+    pub alternative: usize,
+    pub score: Score,
+    pub usefulness: f64,
+    pub also: Vec<usize>,
 }
 
 /// A candidate with its score.
@@ -122,6 +128,8 @@ impl Ladder {
             dropped: Vec::new(),
             unknown: Vec::new(),
             events: self.events.clone(),
+            least_beside: 0.0,
+            at_reversals: 0.0,
             best_left: 0.0,
             ranking: Vec::new(),
         };
@@ -166,6 +174,7 @@ impl Ladder {
             }
         }
         self.response = self.present.respond(&self.data, self.data.tau.clone());
+        self.least_beside = BESIDE * self.excess().into_iter().fold(0.0, f64::max);
         Ok(())
     }
 
@@ -268,16 +277,18 @@ impl Ladder {
             self.refresh_candidates()?;
             let scored = self.scan();
             self.note_ranking(&scored);
-            let worthwhile = scored.iter().filter(|s| self.worthwhile(s.usefulness, &s.score));
-            self.best_left = worthwhile.map(|s| s.score.z).fold(0.0, f64::max);
+            self.note_left(&scored);
             let passes = |s: &&Scored| {
                 let candidate = &self.candidates[s.candidate];
                 self.passes(candidate.joint, s.usefulness, &s.score)
                     && self.beyond_reversals(candidate, &s.score)
             };
             let passing: Vec<&Scored> = scored.iter().filter(passes).collect();
-            let simplest = || passing.first().map(|best| self.simplest_tie(best, &passing));
-            let chosen = self.one_for_all(&passing).or_else(simplest);
+            let chosen = match (self.one_for_all(&passing), passing.first()) {
+                (Some(whole), _) => Some(whole),
+                (None, Some(best)) => Some(self.likeliest_tie(best, &passing)?),
+                (None, None) => None,
+            };
             // Plain friction first: while that is missing, everything else looks strange.
             let plain = passing.iter().any(|s| self.candidates[s.candidate].order <= PLAIN);
             if !plain
@@ -304,54 +315,15 @@ impl Ladder {
         Ok(())
     }
 
-    fn add_all(&mut self, steps: Vec<Addition>, say: &mut dyn FnMut(&str)) -> Result<()> {
-        let before = self.rms();
-        let mut added = Vec::new();
-        for step in steps {
-            if let Some(part) = self.try_add(step.candidate, step.alternative)? {
-                added.push((part, step));
-            }
+    /// Notes how significant what is left at most is.
+    fn note_left(&mut self, scored: &[Scored]) {
+        let worthwhile = scored.iter().filter(|s| self.worthwhile(s.usefulness, &s.score));
+        let (mut anywhere, mut turning) = (0.0_f64, 0.0_f64);
+        for s in worthwhile {
+            let beyond = self.beyond_reversals(&self.candidates[s.candidate], &s.score);
+            let most = if beyond { &mut anywhere } else { &mut turning };
+            *most = most.max(s.score.z);
         }
-        if added.is_empty() {
-            return Ok(());
-        }
-        self.refit()?;
-        let after = self.rms();
-        let together = added.len() > 1;
-        for (part, step) in added {
-            say(&format!("found {}", self.parts.title(part, &self.data.robot)));
-            let (before, after) = (before.clone(), after.clone());
-            let Addition { score, usefulness, also: also_possible, .. } = step;
-            self.rungs.push(Rung { part, score, usefulness, before, after, together, also_possible });
-        }
-        Ok(())
-    }
-
-    /// Refines a candidate and adds it, unless its numbers cannot be physics.
-    pub fn try_add(&mut self, candidate: usize, alternative: usize) -> Result<Option<usize>> {
-        let chosen = &self.candidates[candidate];
-        let (identity, joint) = (chosen.identity.clone(), chosen.joint);
-        let start = chosen.alternatives[alternative].clone();
-        let effect = refine::shapes(&self.data, &self.present, start)?;
-        let values = self.values(effect.as_ref())?;
-        let reason = (effect.undecidable(&self.data.robot, &self.data.runs))
-            .or_else(|| effect.implausible(&values))
-            .or_else(|| doubts::of_the_clock(effect.as_ref(), &values, &self.data));
-        if let Some(reason) = reason {
-            self.refused.push(Refusal { identity, reason });
-            return Ok(None);
-        }
-        let part = Part::found(&self.data, effect, joint, &values)?;
-        Ok(Some(self.parts.add(part)))
-    }
-
-    /// Linear parameters of `effect` fitted to all data together with the model at hand.
-    pub fn values(&self, effect: &dyn Effect) -> Result<Vec<f64>> {
-        let own: Vec<Arc<Column>> = self.data.candidate_columns(effect)?.into_iter().map(Arc::new).collect();
-        let count = own.len();
-        let mut columns = self.parts.columns();
-        columns.columns.splice(0..0, own);
-        let together = Present::with_weights(&self.data, columns, &self.present.weights);
-        Ok(together.fit(&self.data.tau)[..count].to_vec())
+        (self.best_left, self.at_reversals) = (anywhere, turning);
     }
 }

@@ -104,8 +104,13 @@ impl Late {
         let before = telling.base.residual.iter().map(|r| rms(r));
         told.held_out_rms = names.clone().zip(before.zip(&after).map(|(b, a)| [b, *a])).collect();
         told.place = format!(
-            "the whole robot: the torque is {milliseconds:.1} ms late, as a causal filter or a bus makes it; it was put in \
-             step before anything else was looked for. Filter torque and motion alike, or log both in one place"
+            "the whole robot: the torque is {:.1} ms {}; it was put in step before anything else was looked for. Filter \
+             torque and motion alike, or log both in one place",
+            milliseconds.abs(),
+            match seconds < 0.0 {
+                true => "early, as a causal filter or a bus on the motion makes it",
+                false => "late, as a causal filter or a bus makes it",
+            }
         );
         if let Some(first) = self::first(telling, &after) {
             d.first = Some(first);

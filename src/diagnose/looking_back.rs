@@ -12,6 +12,9 @@ use crate::error::Result;
 /// One cause takes the place of several findings when the mean logarithm of held-out rms grows by no more than this.
 const WORSE: f64 = 0.01;
 
+/// Least size of a single parameter in units of its standard error.
+const MEASURED: f64 = 3.5;
+
 /// A model with its fits, for what is tried beside it.
 pub(super) struct Beside {
     pub present: Present,
@@ -68,19 +71,31 @@ impl Ladder {
     /// The finding that is needed least among those that are not needed.
     fn weakest(&self) -> Result<Option<usize>> {
         let mut weakest: Option<(usize, f64)> = None;
+        let x = self.present.fit(&self.data.tau);
         for (place, rung) in self.rungs.iter().enumerate() {
             let part = rung.part;
             if self.events.contains(&part) || self.is_common(part) {
                 continue;
             }
             let (score, usefulness) = self.without(part)?;
-            let needed = score.as_ref().is_some_and(|s| self.passes(self.parts.joint(part), usefulness, s));
+            let passes = |s: &Score| self.passes(self.parts.joint(part), usefulness, s);
+            let needed = score.as_ref().is_some_and(passes) && self.is_measured(part, &x);
             let z = score.map_or(0.0, |s| s.z);
             if !needed && weakest.is_none_or(|(_, least)| z < least) {
                 weakest = Some((place, z));
             }
         }
         Ok(weakest.map(|(place, _)| place))
+    }
+
+    /// Whether a part with a single parameter has it well away from zero, by its own standard error.
+    fn is_measured(&self, part: usize, x: &[f64]) -> bool {
+        let place = self.parts.place(part);
+        if place.len() != 1 {
+            return true;
+        }
+        let error = self.present.covariance(&self.data, x, place.clone())[(0, 0)].sqrt();
+        x[place.start].abs() >= MEASURED * error
     }
 
     /// Puts one cause that acts on the whole robot into the place of several findings, where it makes them needless:

@@ -15,6 +15,7 @@
 //! What it cannot do: tell effects apart that the motion does not separate (it says so), and name an effect
 //! that no catalogue entry, script or formula can express (it says on which joint and variable it depends).
 
+mod adding;
 mod answer;
 mod asked;
 mod base;
@@ -25,6 +26,7 @@ mod data;
 mod doubts;
 mod entry;
 mod events;
+mod first;
 mod fitting;
 mod floor;
 mod gates;

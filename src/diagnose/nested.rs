@@ -22,7 +22,7 @@ pub(super) fn run(
     say(&format!("the same search on the data before {until_s} s"));
     let mut ladder = entry::start(data, request, chosen, say)?;
     let before = ladder.parts.effects();
-    search(&mut ladder, request.seed, say)?;
+    search(&mut ladder, request, say)?;
     let after = ladder.parts.effects();
     let error = |effects| -> Result<Option<f64>> {
         let (model, found) = super::unseen::fitted(&ladder.data, effects)?;

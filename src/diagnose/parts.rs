@@ -5,11 +5,11 @@ use std::sync::Arc;
 use super::candidates::{Candidate, Identity, local_joint};
 use super::data::{Column, Data};
 use super::present::Columns;
-use crate::effects::Effect;
+use crate::effects::{BaseTilt, Effect};
 use crate::error::Result;
 use crate::identify::BaseParameters;
 use crate::model::Model;
-use crate::robot::Robot;
+use crate::robot::{JointKind, Robot};
 
 /// Relative step for slopes with respect to nonlinear parameters.
 const STEP: f64 = 0.02;
@@ -125,12 +125,21 @@ fn difference(up: &[Column], down: &[Column], values: &[f64], factor: f64) -> Co
     Column { parts: joints.into_iter().map(|j| (j, rows(j))).collect(), in_interval: false }
 }
 
-/// How the column of a sign changes with its width.
+/// A column that is nobody's physics.
 #[derive(Debug, Clone)]
 struct Nuisance {
+    of: Doubt,
     joint: usize,
-    width: f64,
     column: Arc<Column>,
+}
+
+/// What a nuisance allows for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Doubt {
+    /// How the column of a sign changes with its width [rad/s].
+    Width(f64),
+    /// First moments of the first links, which only a leaning base shows: sine (0) and cosine (1) of the joint's angle.
+    Lean(usize),
 }
 
 /// All parts of the model at hand.
@@ -140,6 +149,8 @@ pub(super) struct Parts {
     /// Width of the smoothed sign of each joint [rad/s].
     pub widths: Vec<f64>,
     nuisances: Vec<Nuisance>,
+    /// Whether a leaning base shows first moments of the first link as well.
+    leans: bool,
     /// Whether candidates exist in some of the runs only; the effects that were there may then change too.
     two_logs: bool,
 }
@@ -149,8 +160,13 @@ impl Parts {
     /// as a nuisance: a sign sharper or softer than the model's must not look like physics.
     pub fn new(data: &Data, effects: Vec<Box<dyn Effect>>, widths: Vec<f64>) -> Result<Self> {
         let parts: Vec<Part> = effects.into_iter().map(|e| Part::given(data, e)).collect::<Result<_>>()?;
-        let mut this =
-            Self { parts, widths, nuisances: Vec::new(), two_logs: data.changed.iter().any(|c| !c) };
+        let mut this = Self {
+            parts,
+            widths,
+            nuisances: Vec::new(),
+            leans: false,
+            two_logs: data.changed.iter().any(|c| !c),
+        };
         this.renew_nuisances(data, false)?;
         Ok(this)
     }
@@ -163,22 +179,32 @@ impl Parts {
         }
         joints.sort_unstable();
         joints.dedup();
-        let nuisance = |joint: usize| {
-            let width = self.widths[joint];
-            let stays = |n: &&Nuisance| same && n.joint == joint && n.width.to_bits() == width.to_bits();
-            if let Some(there) = self.nuisances.iter().find(stays) {
-                return there.clone();
-            }
-            // A difference over a factor of four: a slope at one width is too local.
-            let rows = data.rows_of(|run, out| {
-                for (y, v) in out.iter_mut().zip(run.friction_dq(joint)) {
-                    *y = libm::tanh(2.0 * v / width) - libm::tanh(0.5 * v / width);
-                }
-            });
-            Nuisance { joint, width, column: Arc::new(Column::of(joint, rows)) }
+        let mut wanted: Vec<(Doubt, usize)> =
+            joints.into_iter().map(|joint| (Doubt::Width(self.widths[joint]), joint)).collect();
+        if self.leans && self.has_tilt() {
+            wanted
+                .extend(upright(data).into_iter().flat_map(|j| [0, 1].map(|phase| (Doubt::Lean(phase), j))));
+        }
+        let nuisance = |(of, joint): (Doubt, usize)| {
+            let there = self.nuisances.iter().find(|n| same && n.joint == joint && n.of == of);
+            let column = there.map_or_else(|| Arc::new(doubted(data, joint, of)), |n| n.column.clone());
+            Nuisance { of, joint, column }
         };
-        self.nuisances = joints.into_iter().map(nuisance).collect();
+        self.nuisances = wanted.into_iter().map(nuisance).collect();
         Ok(())
+    }
+
+    /// Whether a leaning base is part of the model.
+    pub fn has_tilt(&self) -> bool {
+        self.live().any(|(_, p)| p.effect.about().name == BaseTilt::ABOUT.name)
+    }
+
+    /// From now on a leaning base may show where the first link has its mass; answers whether that is new.
+    pub fn allow_for_lean(&mut self, data: &Data) -> Result<bool> {
+        let new = !self.leans;
+        self.leans = true;
+        self.renew_nuisances(data, true)?;
+        Ok(new)
     }
 
     fn live(&self) -> impl Iterator<Item = (usize, &Part)> {
@@ -282,6 +308,34 @@ impl Parts {
         let joint = part.identity.joint.map_or_else(String::new, |j| format!(" on {}", robot.joints[j].name));
         format!("{}{joint}", part.effect.about().name)
     }
+}
+
+fn doubted(data: &Data, joint: usize, of: Doubt) -> Column {
+    let rows = data.rows_of(|run, out| match of {
+        // A difference over a factor of four: a slope at one width is too local.
+        Doubt::Width(width) => {
+            for (y, v) in out.iter_mut().zip(run.friction_dq(joint)) {
+                *y = libm::tanh(2.0 * v / width) - libm::tanh(0.5 * v / width);
+            }
+        }
+        Doubt::Lean(phase) => {
+            let wave = [libm::sin, libm::cos][phase];
+            out.iter_mut().zip(&run.q[joint]).for_each(|(y, q)| *y = wave(*q));
+        }
+    });
+    Column::of(joint, rows)
+}
+
+/// The joint at the base, where it turns about the vertical: gravity does nothing to the link it carries as long as the
+/// base does not lean.
+pub(super) fn upright(data: &Data) -> Option<usize> {
+    let robot = &data.robot;
+    let first = *robot.order.iter().find(|&&j| robot.joints[j].parent.is_none())?;
+    let joint = &robot.joints[first];
+    let axis = joint.before.rotation * joint.axis;
+    let size = robot.gravity.norm();
+    let upright = size > 0.0 && axis.dot(&robot.gravity).abs() > 0.99 * size;
+    (upright && joint.kind == JointKind::Revolute).then_some(first)
 }
 
 /// Whether an effect has a sign that is smoothed.

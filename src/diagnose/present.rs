@@ -78,6 +78,13 @@ impl Present {
         this
     }
 
+    /// The same columns with other weights of the joints, fitted to all data only: no fold has a fit of its own.
+    pub fn reweighted(&self, weights: Vec<f64>) -> Self {
+        let mut this = Self { weights, folds: Vec::new(), ..self.clone() };
+        this.all = this.factor_all();
+        this
+    }
+
     fn unfitted(data: &Data, columns: Columns) -> Self {
         let Columns { columns, nuisances } = columns;
         let active: Vec<Vec<usize>> = (0..data.dof())

@@ -4,6 +4,7 @@ use super::data::Data;
 use super::doubts;
 use super::entry::Request;
 use super::ladder::Ladder;
+use super::sharpness::sharpen_again;
 use super::signals::{Chosen, prepared};
 use crate::error::Result;
 use crate::log::Log;
@@ -20,7 +21,7 @@ pub(super) fn climb_honestly(
     logs: &[Log],
     say: &mut dyn FnMut(&str),
 ) -> Result<()> {
-    search(ladder, request.seed, say)?;
+    search(ladder, request, say)?;
     if doubts::drop_artefacts(ladder, smoother(request, chosen, logs)?)? {
         ladder.look_back(say)?;
     }
@@ -33,23 +34,39 @@ pub(super) fn climb_honestly(
 
 /// Contacts first; then forward, backward, and one cause for several findings, until nothing changes. The threshold is
 /// calibrated where the residual holds least structure: at the end; what then fails it is dropped again.
-pub(super) fn search(ladder: &mut Ladder, seed: u64, say: &mut dyn FnMut(&str)) -> Result<()> {
+pub(super) fn search(ladder: &mut Ladder, request: &Request<'_>, say: &mut dyn FnMut(&str)) -> Result<()> {
     ladder.look_for_contact(say)?;
+    rounds(ladder, say)?;
+    // What was missing may have bent the choice of the signs' widths.
+    if request.choose_signals
+        && !ladder.rungs.is_empty()
+        && !ladder.limits.stop.asked()
+        && sharpen_again(ladder, &request.extra)?
+    {
+        say("signs are sharper or softer than it seemed: looking again");
+        ladder.look_back(say)?;
+        rounds(ladder, say)?;
+    }
+    if ladder.limits.stop.asked() {
+        return Ok(());
+    }
+    ladder.calibrate(request.seed, say);
+    if ladder.gates.range().1 > ladder.limits.least_z {
+        ladder.look_back(say)?;
+        ladder.climb(say)?;
+        ladder.look_back(say)?;
+    }
+    Ok(())
+}
+
+/// Forward, backward, and one cause for several findings, until nothing changes.
+fn rounds(ladder: &mut Ladder, say: &mut dyn FnMut(&str)) -> Result<()> {
     for _ in 0..ROUNDS {
         ladder.climb(say)?;
         let dropped = ladder.look_back(say)?;
         if !ladder.gather(say)? && !dropped {
             break;
         }
-    }
-    if ladder.limits.stop.asked() {
-        return Ok(());
-    }
-    ladder.calibrate(seed, say);
-    if ladder.gates.range().1 > ladder.limits.least_z {
-        ladder.look_back(say)?;
-        ladder.climb(say)?;
-        ladder.look_back(say)?;
     }
     Ok(())
 }

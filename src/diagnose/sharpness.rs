@@ -5,10 +5,13 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::candidates;
 use super::data::{Column, Data};
+use super::ladder::Ladder;
 use super::parts::Parts;
 use super::present::{Columns, Present};
 use super::score::{Projection, Ridge};
+use super::signals::SOFTEST;
 use crate::effects::{CoulombFriction, Effect, Joints};
 use crate::error::Result;
 use crate::robot::Robot;
@@ -16,6 +19,10 @@ use crate::robot::Robot;
 /// Widths within this factor of what the signal step chose are tried: how soft a sign may be is decided there, on
 /// held-out data.
 const AROUND: f64 = 1.8;
+/// The same beside a model in which much was found since: what was missing then may have bent the choice.
+const FAR_AROUND: f64 = 4.0;
+/// A width that changes by less than this factor stays.
+const WORTH: f64 = 1.3;
 /// Widths tried, evenly in the logarithm.
 const TRIALS: usize = 9;
 
@@ -38,6 +45,37 @@ pub(super) fn by_joint(robot: &Robot, effects: &[Box<dyn Effect>]) -> Result<Vec
 /// Gives every part with Coulomb friction of one joint the width that explains most in held-out data
 /// beside all the others.
 pub(super) fn sharpen(parts: &mut Parts, data: &Data) -> Result<()> {
+    sharpen_within(parts, data, AROUND, 1.0)
+}
+
+/// Chooses the widths again beside everything that was found; answers whether any changed.
+pub(super) fn sharpen_again(ladder: &mut Ladder, extra: &[Box<dyn Effect>]) -> Result<bool> {
+    let before = ladder.parts.widths.clone();
+    sharpen_within(&mut ladder.parts, &ladder.data, FAR_AROUND, WORTH)?;
+    let changed: Vec<bool> = (0..before.len()).map(|j| differ(before[j], ladder.parts.widths[j])).collect();
+    if !changed.contains(&true) {
+        return Ok(false);
+    }
+    // Everything else with a sign of such a joint gets its new width.
+    let robot = ladder.data.robot.clone();
+    for part in ladder.rungs.iter().map(|r| r.part).collect::<Vec<_>>() {
+        let effect = ladder.parts.get(part).effect.clone();
+        if let Some(joint) = effect.sign_of(&robot)?.or(ladder.parts.joint(part)).filter(|j| changed[*j]) {
+            ladder.parts.replace(part, &ladder.data, effect.with_width(ladder.parts.widths[joint]))?;
+        }
+    }
+    ladder.candidates = candidates::catalogue(&ladder.data, &ladder.parts.widths, extra)?;
+    ladder.refit()?;
+    ladder.refresh_torque()?;
+    candidates::fill(&mut ladder.candidates, &ladder.data, false);
+    Ok(true)
+}
+
+fn differ(a: f64, b: f64) -> bool {
+    (a - b).abs() > 0.0
+}
+
+fn sharpen_within(parts: &mut Parts, data: &Data, around: f64, worth: f64) -> Result<()> {
     let weights = Present::new(data, parts.columns()).weights;
     for part in parts.numbers() {
         let Some(joint) = parts.joint(part) else { continue };
@@ -48,7 +86,13 @@ pub(super) fn sharpen(parts: &mut Parts, data: &Data) -> Result<()> {
         columns.truncate(columns.len() - nuisances);
         let present = Present::with_weights(data, Columns { columns, nuisances: 0 }, &weights);
         let effect = parts.get(part).effect.as_ref();
-        let width = width(data, &present, effect, parts.widths[joint])?;
+        let near = parts.widths[joint];
+        let width = width(data, &present, effect, near, around)?;
+        // Softer than any filter makes a sign is physics.
+        let width = if around > AROUND { width.min(near.max(SOFTEST)) } else { width };
+        if width < near * worth && near < width * worth && worth > 1.0 {
+            continue;
+        }
         let sharpened = parts.get(part).effect.with_width(width);
         parts.widths[joint] = width;
         parts.replace(part, data, sharpened)?;
@@ -56,8 +100,8 @@ pub(super) fn sharpen(parts: &mut Parts, data: &Data) -> Result<()> {
     parts.rebuild(data, true)
 }
 
-fn width(data: &Data, present: &Present, effect: &dyn Effect, near: f64) -> Result<f64> {
-    let at = |place: f64| near * libm::pow(AROUND, 2.0 * place / (TRIALS - 1) as f64 - 1.0);
+fn width(data: &Data, present: &Present, effect: &dyn Effect, near: f64, around: f64) -> Result<f64> {
+    let at = |place: f64| near * libm::pow(around, 2.0 * place / (TRIALS - 1) as f64 - 1.0);
     let effects: Vec<Box<dyn Effect>> = (0..TRIALS).map(|k| effect.with_width(at(k as f64))).collect();
     let effects: Vec<&dyn Effect> = effects.iter().map(AsRef::as_ref).collect();
     let shared = |columns: Vec<Column>| -> Vec<Arc<Column>> { columns.into_iter().map(Arc::new).collect() };

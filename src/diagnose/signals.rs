@@ -17,6 +17,9 @@ const FRICTION_HZ: [f64; 3] = [15.0, 40.0, 100.0];
 /// Widths of the smoothed sign that the signal step may cause [rad/s]; a wider one is physics.
 pub(super) const WIDTHS: [f64; 5] = [0.01, 0.002, 0.005, 0.02, 0.04];
 
+/// The softest of them.
+pub(super) const SOFTEST: f64 = 0.04;
+
 /// Logs prepared with the settings that predict best.
 pub(super) struct Chosen {
     pub settings: Settings,
@@ -84,18 +87,30 @@ impl Choice<'_> {
         Ok(Chosen { settings, runs, reports, folds, widths })
     }
 
+    /// Cut-offs and sources of the velocity in signs. Positions may make better accelerations than logged velocities do
+    /// and worse signs: their steps are small beside the motion, not beside a reversal.
+    fn choices_of_sign(&self, settings: &Settings) -> Vec<Settings> {
+        let mut all = vec![settings.clone()];
+        if settings.friction_cutoff_hz.is_some() {
+            return all;
+        }
+        let logged = self.logs.iter().all(|log| log.dq.is_some());
+        let other = logged && settings.velocity_from == VelocityFrom::Position;
+        let sources = [Some(VelocityFrom::Auto), other.then_some(VelocityFrom::Velocity)];
+        for friction_velocity_from in sources.into_iter().flatten() {
+            for hz in FRICTION_HZ.into_iter().filter(|hz| *hz > settings.position_cutoff_hz) {
+                let friction_cutoff_hz = Some(hz);
+                all.push(Settings { friction_cutoff_hz, friction_velocity_from, ..settings.clone() });
+            }
+        }
+        all
+    }
+
     /// Cut-off of the velocity in signs, and its width joint by joint.
     fn sign(&self, settings: Settings, folds: &Folds) -> Result<(Settings, Vec<f64>)> {
-        let mut choices = vec![settings.friction_cutoff_hz];
-        if settings.friction_cutoff_hz.is_none() {
-            choices.extend(
-                FRICTION_HZ.iter().filter(|hz| **hz > settings.position_cutoff_hz).map(|hz| Some(*hz)),
-            );
-        }
         let dof = self.robot.dof();
         let mut best: Option<(f64, Settings, Vec<f64>)> = None;
-        for cutoff in choices {
-            let candidate = Settings { friction_cutoff_hz: cutoff, ..settings.clone() };
+        for candidate in self.choices_of_sign(&settings) {
             let Ok((runs, _)) = prepared(self.logs, &candidate) else { continue };
             let mut least = vec![(f64::INFINITY, WIDTHS[0]); dof];
             for width in WIDTHS {

@@ -5,13 +5,12 @@ use std::collections::BTreeMap;
 use nalgebra::DMatrix;
 
 use super::answer::{
-    Baseline, Diagnosis, Event, First, Joint, Missing, Moved, Parameter, Refused, Signals, Step, Undecided,
+    Baseline, Diagnosis, Event, Joint, Missing, Moved, Parameter, Refused, Signals, Step, Undecided,
     Unexplained,
 };
 use super::base::{Base, MOVED};
 use super::ladder::{Ladder, Rung};
 use super::present::rms;
-use super::score::Score;
 use super::signals::Chosen;
 use super::{entry, regions};
 use crate::error::Result;
@@ -22,14 +21,11 @@ use crate::report::finite;
 const MINOR: [f64; 2] = [0.05, 0.01];
 /// Unless this part of the whole robot's squared error, in N m, would come back without them.
 const POOLED: f64 = 0.05;
-/// A cause must explain this part of the worst joint's reducible error.
-const CAUSE: f64 = 0.25;
-
 /// An effect that the user asked to add.
 pub(super) struct Added {
     pub name: String,
     pub parts: Vec<usize>,
-    rms: Vec<f64>,
+    pub rms: Vec<f64>,
 }
 
 impl Added {
@@ -80,7 +76,7 @@ impl Telling<'_> {
         })
     }
 
-    fn name(&self, joint: usize) -> String {
+    pub fn name(&self, joint: usize) -> String {
         self.ladder.data.robot.joints[joint].name.clone()
     }
 
@@ -152,52 +148,6 @@ impl Telling<'_> {
         self.ladder.of_moving(self.base.residual.iter().zip(floor).map(of).collect())
     }
 
-    fn first(&self) -> Option<First> {
-        let excess = self.excess();
-        let total: f64 = excess.iter().sum();
-        let worst = (0..excess.len()).max_by(|&a, &b| excess[a].total_cmp(&excess[b]))?;
-        let of = |score: &Score| {
-            let floor = self.ladder.floor.rms[worst];
-            score.gain_of_joint[worst] / (floor * floor * self.ladder.data.count() as f64)
-        };
-        let part = |rung: &Rung| of(&rung.score);
-        let cause = self
-            .ladder
-            .rungs
-            .iter()
-            .filter(|rung| self.ladder.parts.joint(rung.part).is_none_or(|j| j == worst))
-            .filter(|rung| part(rung) >= CAUSE * excess[worst])
-            .max_by(|a, b| part(a).total_cmp(&part(b)));
-        let refit = self.base.missing(self.ladder, &self.x).and(self.base.refit.as_ref());
-        let refit = refit.filter(|r| of(&r.score) >= cause.map_or(CAUSE * excess[worst], part));
-        // What the user added explains a part of the same error.
-        let others = refit.map(|r| of(&r.score)).into_iter().chain(cause.map(part));
-        let least = others.fold(CAUSE * excess[worst], f64::max);
-        let added = self.added_most(worst).filter(|(_, part)| *part >= least);
-        Some(First {
-            joint: self.name(worst),
-            share_of_reducible_percent: 100.0 * excess[worst] / total.max(1e-300),
-            cause: match (added, refit, cause.filter(|r| !self.is_formula(r.part))) {
-                (Some((name, _)), _, _) => name.to_string(),
-                (None, Some(_), _) => "rigid_body".to_string(),
-                (None, None, Some(rung)) => self.ladder.parts.get(rung.part).effect.about().name.to_string(),
-                (None, None, None) => "unknown".to_string(),
-            },
-        })
-    }
-
-    /// The effect that the user added which took most of the squared error of a joint, in units of its noise floor.
-    fn added_most(&self, joint: usize) -> Option<(&str, f64)> {
-        let floor = self.ladder.floor.rms[joint];
-        let mut before = rms(&self.base.residual[joint]);
-        let parts = self.added.iter().map(|added| {
-            let gain = before * before - added.rms[joint] * added.rms[joint];
-            before = added.rms[joint];
-            (added.name.as_str(), gain / (floor * floor))
-        });
-        parts.max_by(|a, b| a.1.total_cmp(&b.1))
-    }
-
     /// What was found, by effect, most useful first; and what is small beside it.
     fn missing(&self) -> Result<(Vec<Missing>, Vec<Missing>)> {
         let largest = self.ladder.rungs.iter().map(|r| r.usefulness).fold(0.0, f64::max);
@@ -246,7 +196,8 @@ impl Telling<'_> {
             held_out_rms: joints.iter().map(|&j| (self.name(j), [rung.before[j], rung.after[j]])).collect(),
             also_possible: super::doubts::also_possible(self.ladder, rung),
             place: self.place(rung),
-            caveat: part.effect.caveat().map(str::to_string),
+            caveat: (part.effect.caveat().map(str::to_string))
+                .or_else(|| part.effect.odd(&self.x[self.ladder.parts.place(rung.part)])),
             remainder: part.joint.and_then(|j| super::doubts::remainder(self.ladder, j)),
         })
     }
@@ -267,6 +218,9 @@ impl Telling<'_> {
         }
         let helped = of_second.iter().filter(|g| **g > 0.0).count();
         let largest = of_second.iter().copied().fold(0.0, f64::max);
+        if total <= largest {
+            return format!("{}: helps in {helped} of {} seconds", self.name(joint), of_second.len());
+        }
         format!(
             "{}: helps in {helped} of {} seconds, {:.0} % of the gain in the best one",
             self.name(joint),
@@ -305,7 +259,7 @@ impl Telling<'_> {
         Ok(all)
     }
 
-    fn is_formula(&self, part: usize) -> bool {
+    pub fn is_formula(&self, part: usize) -> bool {
         self.ladder.unknown.iter().any(|u| u.part == Some(part))
     }
 
@@ -377,13 +331,19 @@ impl Telling<'_> {
         let (low, high) = ladder.gates.range();
         let from =
             if high - low < 0.05 { format!("{low:.1}") } else { format!("{low:.1} to {high:.1}, by joint") };
-        if ladder.best_left > 0.0 {
-            return format!(
-                "nothing else passes: the largest z left is {:.1}, needed is {from}",
-                ladder.best_left
-            );
+        let left = if ladder.best_left > 0.0 {
+            format!("nothing else passes: the largest z left is {:.1}, needed is {from}", ladder.best_left)
+        } else {
+            format!("nothing else passes: nothing that is left matters (a z of {from} is needed as well)")
+        };
+        let turning = ladder.at_reversals;
+        if turning < low {
+            return left;
         }
-        format!("nothing else passes: nothing that is left matters (a z of {from} is needed as well)")
+        format!(
+            "{left}; what shows only where joints turn round (z {turning:.1}) a sharper or softer sign would explain as \
+             well"
+        )
     }
 }
 

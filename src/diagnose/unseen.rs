@@ -98,9 +98,20 @@ pub(super) fn unseen_runs(data: &Data, logs: &[Log], chosen: &Chosen) -> Result<
 /// Fits `effects` to the data and predicts runs that have no part in it.
 fn predicted(data: &Data, effects: Vec<Box<dyn Effect>>, runs: &[Run]) -> Result<(Errors, Prediction)> {
     let (model, found) = fitted(data, effects)?;
-    let runs = with_model_torque(&model, &found.x, runs)?;
-    let torque = measured(data, predict(&model, &runs, &found.x)?);
+    let x = without_events(&model, found.x);
+    let runs = with_model_torque(&model, &x, runs)?;
+    let torque = measured(data, predict(&model, &runs, &x)?);
     Ok((prediction_errors(&runs, &torque), torque))
+}
+
+/// Parameters for another log: what happened between two times of the fitted ones did not happen there.
+pub(super) fn without_events(model: &Model, mut x: Vec<f64>) -> Vec<f64> {
+    for (x, column) in x.iter_mut().zip(&model.columns) {
+        if model.effects[column.effect].interval().is_some() {
+            *x = 0.0;
+        }
+    }
+    x
 }
 
 /// A prediction without joints whose torque was not measured.

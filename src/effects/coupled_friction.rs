@@ -102,6 +102,10 @@ impl Effect for CoupledFriction {
         Box::new(self.clone())
     }
 
+    fn sign_of(&self, robot: &Robot) -> Result<Option<usize>> {
+        Ok(Some(self.pair(robot)?.1))
+    }
+
     fn with_width(&self, width: f64) -> Box<dyn Effect> {
         Box::new(Self { width, ..self.clone() })
     }

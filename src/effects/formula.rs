@@ -86,6 +86,11 @@ pub enum Curve {
     Sign,
 }
 
+/// ` + 0.500` or ` - 0.500`.
+fn plus(x: f64) -> String {
+    format!(" {} {:.3}", if x < 0.0 { '-' } else { '+' }, x.abs())
+}
+
 impl Curve {
     /// Names, units and limits of its numbers, with the values they have; `low..high` is the variable's range.
     fn numbers(self) -> Vec<(&'static str, f64)> {
@@ -131,12 +136,12 @@ impl Curve {
     fn text(self, x: &str) -> Vec<String> {
         match self {
             Self::Wave { k } => vec![format!("sin({k:.3}*{x})"), format!("cos({k:.3}*{x})")],
-            Self::Above { a } => vec![format!("max({x} - {a:.3}, 0)")],
+            Self::Above { a } => vec![format!("max({x}{}, 0)", plus(-a))],
             Self::Below { a } => vec![format!("max({a:.3} - {x}, 0)")],
             Self::Step { a } => vec![format!("[{x} >= {a:.3}]")],
-            Self::Bump { a, w } => vec![format!("exp(-(({x} - {a:.3})/{w:.3})^2)")],
+            Self::Bump { a, w } => vec![format!("exp(-(({x}{})/{w:.3})^2)", plus(-a))],
             Self::Detent { a, w } => {
-                vec![format!("({x} - {a:.3})/{w:.3}*exp(-(({x} - {a:.3})/{w:.3})^2)")]
+                vec![format!("({x}{a})/{w:.3}*exp(-(({x}{a})/{w:.3})^2)", a = plus(-a))]
             }
             Self::Linear => vec![x.to_string()],
             Self::Square => vec![format!("{x}^2")],
@@ -177,7 +182,7 @@ impl Formula {
         };
         if let (Curve::Wave { k }, &[s, c]) = (self.shape, values) {
             let (size, phase) = ((s * s + c * c).sqrt(), libm::atan2(c, s));
-            return format!("{size:.4}{own}*sin({k:.3}*{} + {phase:.3})", self.variable);
+            return format!("{size:.4}{own}*sin({k:.3}*{}{})", self.variable, plus(phase));
         }
         let shapes = self.shape.text(&self.variable);
         let terms = shapes.iter().zip(values).map(|(shape, value)| format!("{value:.4}{own}*{shape}"));

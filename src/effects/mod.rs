@@ -254,6 +254,14 @@ pub trait Effect: Debug + Send + Sync {
         self.boxed()
     }
 
+    /// The joint whose velocity its smoothed sign is of, where that is not the joint it acts on.
+    ///
+    /// # Errors
+    /// When the joint does not exist.
+    fn sign_of(&self, _robot: &Robot) -> Result<Option<usize>> {
+        Ok(None)
+    }
+
     /// The same effect with this width of the smoothed sign [rad/s, m/s]; no change where it has no sign.
     fn with_width(&self, _width: f64) -> Box<dyn Effect> {
         self.boxed()

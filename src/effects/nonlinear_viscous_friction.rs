@@ -75,4 +75,11 @@ impl Effect for NonlinearViscousFriction {
     fn with_width(&self, width: f64) -> Box<dyn Effect> {
         Box::new(Self { width, ..self.clone() })
     }
+
+    fn odd(&self, values: &[f64]) -> Option<String> {
+        let bends_down = values.iter().any(|f2| *f2 < 0.0);
+        bends_down.then(|| {
+            "friction that bends down with speed: grease that thins, or a wide Stribeck curve".to_string()
+        })
+    }
 }

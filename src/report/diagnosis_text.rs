@@ -151,8 +151,8 @@ fn joints(d: &Diagnosis) -> String {
 
 fn missing(m: &Missing) -> String {
     let joints = if m.joints.is_empty() { "the whole robot".to_string() } else { m.joints.join(", ") };
-    let title = format!("{} on {joints}   z {:.1}, gain {:.1} %", m.effect, m.z, m.gain_percent);
-    let mut text = spaced(&title);
+    let mut text =
+        spaced(&format!("{} on {joints}", m.effect), &format!("z {:.1}, gain {:.1} %", m.z, m.gain_percent));
     text += &hanging("      ", &m.equation, 8);
     for p in &m.parameters {
         text += &format!("      {}\n", number(p));
@@ -173,13 +173,17 @@ fn missing(m: &Missing) -> String {
 }
 
 /// A title with its figures behind three blanks, or on the next line where both are too long for one.
-fn spaced(title: &str) -> String {
-    if title.chars().count() <= 78 { format!("  {title}\n") } else { hanging("  ", title, 6) }
+fn spaced(title: &str, figures: &str) -> String {
+    if title.chars().count() + figures.chars().count() <= 75 {
+        return format!("  {title}   {figures}\n");
+    }
+    format!("{}      {figures}\n", hanging("  ", title, 6))
 }
 
 fn number(p: &Parameter) -> String {
     let error = p.standard_error.map_or_else(String::new, |e| format!(" +- {e:.2e}"));
-    format!("{} = {:.5}{error} {}", p.name, p.value, p.unit)
+    let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
+    format!("{} = {:.5}{error}{unit}", p.name, p.value)
 }
 
 fn unexplained(d: &Diagnosis) -> String {
@@ -220,6 +224,9 @@ fn ladder(d: &Diagnosis) -> String {
 
 fn validation(d: &Diagnosis) -> String {
     let Some(v) = &d.validation else { return String::new() };
+    if d.missing.is_empty() && d.minor.is_empty() && d.unexplained.is_empty() && d.ladder.is_empty() {
+        return format!("\nvalidation log, never fitted: {}\n", percent(v.before_relative_error_percent));
+    }
     let mut text = format!(
         "\nvalidation log, never fitted: {} -> {}{}\n",
         percent(v.before_relative_error_percent),
@@ -295,13 +302,13 @@ fn apart(effects: &[String]) -> String {
 
 fn signals(d: &Diagnosis) -> String {
     let s = &d.signals;
-    let hz = |x: Option<f64>| x.map_or("-".to_string(), |x| format!("{x}"));
+    let hz = |x: Option<f64>, none: &str| x.map_or(none.to_string(), |x| format!("{x} Hz"));
     let line = format!(
-        "signals: band {} Hz, velocity {}, motion {} Hz, signs {} Hz, {} rows",
+        "signals: band {} Hz, velocity {}, motion {}, signs {}, {} rows",
         s.band_hz,
         s.source_of_velocity,
-        hz(s.position_cutoff_hz),
-        hz(s.friction_cutoff_hz),
+        hz(s.position_cutoff_hz, "as it is"),
+        hz(s.friction_cutoff_hz, "as motion"),
         s.rows_used
     );
     let mut text = hanging("", &line, 9);

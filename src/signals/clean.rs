@@ -1,6 +1,7 @@
 //! Rows that are no measurements of their own, and gaps.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use serde::Serialize;
 
@@ -28,8 +29,14 @@ pub(super) struct Cleaned {
     pub segments: Vec<Segment>,
 }
 
-/// Drops what is no measurement and keeps the longest stretch without a gap above `max_gap_s`.
-pub(super) fn clean(log: &Log, max_gap_s: f64) -> Result<Cleaned> {
+/// A robot that is farther than this from where it stood has left [rad, m].
+const LEFT: f64 = 2e-3;
+/// Standing longer than this before or after the motion says nothing of it \[s\].
+const STOOD: f64 = 1.0;
+
+/// Drops what is no measurement, keeps the longest stretch without a gap above `max_gap_s`, and of the time that the
+/// robot stands still before and after its motion no more than `stand_s`: stiction holds any torque there.
+pub(super) fn clean(log: &Log, max_gap_s: f64, stand_s: f64) -> Result<Cleaned> {
     check_shape(log)?;
     let mut dropped: BTreeMap<String, usize> =
         log.dropped.iter().map(|(reason, d)| (reason.clone(), d.rows)).collect();
@@ -52,6 +59,9 @@ pub(super) fn clean(log: &Log, max_gap_s: f64) -> Result<Cleaned> {
     let longest = parts.iter().enumerate().rev().max_by_key(|(_, part)| part.len()).map_or(0, |(i, _)| i);
     let rows = parts.get(longest).map_or_else(Vec::new, |part| part.to_vec());
     drop("outside the longest stretch", ordered.len() - rows.len());
+    let moving = in_motion(log, &rows, stand_s);
+    drop("standing still at the ends", rows.len() - moving.len());
+    let rows = rows[moving].to_vec();
     if rows.len() < 3 {
         let what = format!("{} of {} rows can be used, which is no motion", rows.len(), log.rows());
         return Err(Error::new(what)
@@ -66,6 +76,28 @@ pub(super) fn clean(log: &Log, max_gap_s: f64) -> Result<Cleaned> {
     };
     let segments = parts.iter().enumerate().map(segment).collect();
     Ok(Cleaned { rows, dropped, segments })
+}
+
+/// The part of `rows` from `stand_s` before the robot leaves where it stood first until as long after it arrives where
+/// it stands last.
+fn in_motion(log: &Log, rows: &[usize], stand_s: f64) -> Range<usize> {
+    let all = 0..rows.len();
+    let away = |from: usize, row: usize| log.q.iter().any(|q| (q[row] - q[from]).abs() > LEFT);
+    let (Some(&first), Some(&last)) = (rows.first(), rows.last()) else { return all };
+    let Some(leaves) = rows.iter().position(|&row| away(first, row)) else { return all };
+    let arrives = rows.iter().rposition(|&row| away(last, row)).unwrap_or(rows.len() - 1);
+    let (from, to) = (log.t[rows[leaves]], log.t[rows[arrives]]);
+    let start = if from - log.t[first] > STOOD {
+        rows.partition_point(|&row| log.t[row] < from - stand_s)
+    } else {
+        0
+    };
+    let end = if log.t[last] - to > STOOD {
+        rows.partition_point(|&row| log.t[row] <= to + stand_s)
+    } else {
+        rows.len()
+    };
+    start..end
 }
 
 /// Every joint quantity must have as many joints and rows as it says.

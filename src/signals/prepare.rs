@@ -28,11 +28,16 @@ pub fn prepare(log: &Log, settings: &Settings) -> Result<(Run, SignalReport)> {
     }
     let (cleaned, clock) = on_clock(log, settings)?;
     let grid = Grid::new(&clock.rows, &clock.at);
-    let logged = logged_velocity(log, settings)?;
+    let logged = logged_velocity(log, settings.velocity_from)?;
+    let friction_logged = match settings.friction_velocity_from {
+        VelocityFrom::Auto => logged,
+        from => logged_velocity(log, from)?,
+    };
     let long = is_very_long(log).then_some(grid.len());
     let design =
         Design::new(settings, clock.report.period_s, grid.len(), long).map_err(|e| e.about(&log.name))?;
-    let report = report(log, settings, cleaned, &clock, &grid, &design, logged.is_some());
+    let sources = [logged, friction_logged].map(|l| l.is_some());
+    let report = report(log, settings, cleaned, &clock, &grid, &design, sources);
 
     let motion = design.motion.as_ref().unwrap_or(&design.band);
     let q = columns(&log.q, |c| filtered(grid.apply(c), motion));
@@ -40,7 +45,7 @@ pub fn prepare(log: &Log, settings: &Settings) -> Result<(Run, SignalReport)> {
         Some(dq) => columns(dq, |c| filtered(grid.apply(c), motion)),
         None => columns(&q, |c| central_difference(c, design.dt)),
     };
-    let friction_dq = match (&design.friction, logged) {
+    let friction_dq = match (&design.friction, friction_logged) {
         (None, _) => Vec::new(),
         (Some(friction), Some(dq)) => columns(dq, |c| filtered(grid.apply(c), friction)),
         (Some(friction), None) => {
@@ -167,9 +172,9 @@ fn filtered(mut column: Vec<f64>, filter: &ZeroPhase) -> Vec<f64> {
     column
 }
 
-/// The logged velocities, where the settings want them.
-fn logged_velocity<'a>(log: &'a Log, settings: &Settings) -> Result<Option<&'a [Vec<f64>]>> {
-    match (settings.velocity_from, &log.dq) {
+/// The logged velocities, where they are wanted.
+fn logged_velocity(log: &Log, from: VelocityFrom) -> Result<Option<&[Vec<f64>]>> {
+    match (from, &log.dq) {
         (VelocityFrom::Position, _) | (VelocityFrom::Auto, None) => Ok(None),
         (_, Some(dq)) => Ok(Some(dq)),
         (VelocityFrom::Velocity, None) => Err(Error::new("the log has no velocities")
@@ -185,8 +190,9 @@ fn report(
     clock: &Clock,
     grid: &Grid,
     design: &Design,
-    logged: bool,
+    [logged, friction_logged]: [bool; 2],
 ) -> SignalReport {
+    let source = |logged: bool| if logged { "logged" } else { "position" };
     let thinned = log.thinned.as_ref();
     SignalReport {
         log: log.name.clone(),
@@ -206,9 +212,10 @@ fn report(
         mode: settings.mode.name(),
         band_hz: settings.band_hz,
         order: settings.order,
-        source_of_velocity: if logged { "logged" } else { "position" },
+        source_of_velocity: source(logged),
         position_cutoff_hz: design.motion.as_ref().map(ZeroPhase::cutoff_hz),
         friction_cutoff_hz: design.friction.as_ref().map(ZeroPhase::cutoff_hz),
+        source_of_friction_velocity: design.friction.as_ref().map(|_| source(friction_logged)),
         trim_s: settings.trim_s,
         decimate: design.every,
         rows_used: design.range.len().div_ceil(design.every),

@@ -41,6 +41,8 @@ pub struct SignalReport {
     pub position_cutoff_hz: Option<f64>,
     /// Cut-off for the velocities of columns with a sign \[Hz\], where they have their own.
     pub friction_cutoff_hz: Option<f64>,
+    /// Source of the velocities in signs, `logged` or `position`, where they have their own cut-off.
+    pub source_of_friction_velocity: Option<&'static str>,
     /// Cut from both ends \[s\].
     pub trim_s: f64,
     /// Every so-many-th sample was kept.
@@ -107,7 +109,10 @@ impl SignalReport {
         )));
         lines.extend(self.thinned.iter().map(|t| fit(format!("  {}", t.text()))));
         let motion = self.position_cutoff_hz.map_or_else(String::new, |hz| format!(", motion {hz} Hz"));
-        let friction = self.friction_cutoff_hz.map_or_else(String::new, |hz| format!(", friction {hz} Hz"));
+        let friction = self.friction_cutoff_hz.map_or_else(String::new, |hz| {
+            let source = self.source_of_friction_velocity.unwrap_or(self.source_of_velocity);
+            format!(", friction {hz} Hz from {source}")
+        });
         lines.push(fit(format!(
             "  mode {}: band {} Hz{motion}{friction}, Butterworth order {} both ways",
             self.mode, self.band_hz, self.order

@@ -76,6 +76,8 @@ pub struct Settings {
     pub friction_cutoff_hz: Option<f64>,
     /// Source of velocities.
     pub velocity_from: VelocityFrom,
+    /// Source of the velocities that `friction_cutoff_hz` is for; `Auto` is that of the others.
+    pub friction_velocity_from: VelocityFrom,
     /// Cut from both ends after filtering \[s\].
     pub trim_s: f64,
     /// Keep every so-many-th sample after filtering. Not given: all in `Inputs`, about five samples
@@ -103,6 +105,7 @@ impl Default for Settings {
             position_cutoff_hz: 6.0,
             friction_cutoff_hz: None,
             velocity_from: VelocityFrom::Auto,
+            friction_velocity_from: VelocityFrom::Auto,
             trim_s: 0.5,
             decimate: None,
             thin_to_hz: None,

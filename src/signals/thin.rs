@@ -142,7 +142,7 @@ fn wanted_hz(settings: &Settings) -> Result<f64> {
 /// The rows worth using and their clock; a log that was thinned has both behind it.
 pub(super) fn on_clock(log: &Log, settings: &Settings) -> Result<(Cleaned, Clock)> {
     let Some(thinned) = &log.thinned else {
-        let mut cleaned = clean::clean(log, settings.max_gap_s)?;
+        let mut cleaned = clean::clean(log, settings.max_gap_s, settings.trim_s)?;
         let clock = clock::decide(log, &cleaned.rows, settings.clock)?;
         if clock.torn > 0 {
             *cleaned.dropped.entry("torn".to_owned()).or_default() += clock.torn;

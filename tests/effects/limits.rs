@@ -2,8 +2,8 @@
 
 use lacuna::effects::{
     Backlash, BaseTilt, CoulombFriction, CoupledFriction, Effect, FrictionPart, JointElasticity, JointSpring,
-    JointZeroError, Joints, LoadDependentFriction, Payload, PreslidingHysteresis, RotorInertia,
-    StribeckFriction, TimeDelay, TorqueGain, TorqueRipple, ViscousFriction,
+    JointZeroError, Joints, LoadDependentFriction, NonlinearViscousFriction, Payload, PreslidingHysteresis,
+    RotorInertia, StribeckFriction, TimeDelay, TorqueGain, TorqueRipple, ViscousFriction,
 };
 use nalgebra::DMatrix;
 
@@ -44,6 +44,8 @@ fn physical_limits() {
             assert!(effect.implausible(&nan).is_some(), "{named} takes nonsense for physics");
         }
     }
+    let at_once = PreslidingHysteresis { joints: all(), s: 1450.0, width: 0.0 };
+    assert!(at_once.implausible(&[0.1]).is_some_and(|reason| reason.contains("0.69 mrad")));
     let within_the_sign = StribeckFriction { joints: all(), vs: 0.09, width: 0.05 };
     assert!(within_the_sign.implausible(&[0.2]).is_some_and(|reason| reason.contains("smoothing")));
 }
@@ -53,6 +55,8 @@ fn what_is_odd_is_said_but_not_refused() {
     let spring = JointSpring::default();
     assert!(spring.odd(&[-1.0]).is_some() && spring.implausible(&[-1.0]).is_none());
     assert!(spring.odd(&[1.0]).is_none());
+    let thinning = NonlinearViscousFriction::default();
+    assert!(thinning.odd(&[-1.0]).is_some() && thinning.implausible(&[-1.0]).is_none());
     let ripple = |k| TorqueRipple { joints: Joints::All, k };
     assert!(ripple(1.6).odd(&[0.1, 0.1]).is_some() && ripple(3.0).odd(&[0.1, 0.1]).is_none());
     let coupled = CoupledFriction {

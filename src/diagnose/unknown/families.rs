@@ -22,7 +22,11 @@ impl Search<'_> {
                 curves.push((1..=12).map(|k| Curve::Wave { k: 0.5 + 0.5 * f64::from(k) }).collect());
             }
             Variable::Speed(_) | Variable::Acceleration(_) => {
-                curves.extend([vec![Curve::Size], vec![Curve::SignedSquare], vec![Curve::Sign]]);
+                curves.extend([vec![Curve::Size], vec![Curve::SignedSquare]]);
+                // A sign of the joint's own velocity is Coulomb friction; how sharp it is, is no physics.
+                if !matches!(variable, Variable::Speed(i) if *i == self.joint) {
+                    curves.push(vec![Curve::Sign]);
+                }
             }
             Variable::Time | Variable::Channel(_) => {}
         }

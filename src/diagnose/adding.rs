@@ -1,0 +1,89 @@
+//! Adding what was chosen: refined, unless its numbers cannot be physics or stand for something else.
+
+use std::sync::Arc;
+
+use super::data::Column;
+use super::doubts;
+use super::ladder::{Addition, Ladder, Refusal, Rung};
+use super::parts::{Part, upright};
+use super::present::Present;
+use super::refine;
+use crate::effects::{Effect, JointSpring, TorqueRipple};
+use crate::error::Result;
+
+/// A wave over the first joint with fewer periods per turn than this may be a leaning base's doing.
+const LONG: f64 = 2.0;
+
+impl Ladder {
+    pub(super) fn add_all(&mut self, steps: Vec<Addition>, say: &mut dyn FnMut(&str)) -> Result<()> {
+        let before = self.rms();
+        let mut added = Vec::new();
+        for step in steps {
+            if let Some(part) = self.try_add(step.candidate, step.alternative)? {
+                added.push((part, step));
+            }
+        }
+        if added.is_empty() {
+            return Ok(());
+        }
+        self.refit()?;
+        let after = self.rms();
+        let together = added.len() > 1;
+        for (part, step) in added {
+            say(&format!("found {}", self.parts.title(part, &self.data.robot)));
+            let (before, after) = (before.clone(), after.clone());
+            let Addition { score, usefulness, also: also_possible, .. } = step;
+            self.rungs.push(Rung { part, score, usefulness, before, after, together, also_possible });
+        }
+        Ok(())
+    }
+
+    /// Refines a candidate and adds it, unless its numbers cannot be physics.
+    pub fn try_add(&mut self, candidate: usize, alternative: usize) -> Result<Option<usize>> {
+        let chosen = &self.candidates[candidate];
+        let (identity, joint) = (chosen.identity.clone(), chosen.joint);
+        let start = chosen.alternatives[alternative].clone();
+        let effect = refine::shapes(&self.data, &self.present, start)?;
+        let values = self.values(effect.as_ref())?;
+        let reason = (effect.undecidable(&self.data.robot, &self.data.runs))
+            .or_else(|| effect.implausible(&values))
+            .or_else(|| doubts::of_the_clock(effect.as_ref(), &values, &self.data));
+        let reason = match reason {
+            None => self.of_a_lean(effect.as_ref(), joint)?,
+            some => some,
+        };
+        if let Some(reason) = reason {
+            self.refused.push(Refusal { identity, reason });
+            return Ok(None);
+        }
+        let part = Part::found(&self.data, effect, joint, &values)?;
+        Ok(Some(self.parts.add(part)))
+    }
+
+    /// Why an effect on the first joint stands for something else: a leaning base shows where the first link has its
+    /// mass, which nothing else does. From then on the model allows for that.
+    fn of_a_lean(&mut self, effect: &dyn Effect, joint: Option<usize>) -> Result<Option<String>> {
+        if joint.is_none() || joint != upright(&self.data) || !self.parts.has_tilt() {
+            return Ok(None);
+        }
+        let long = effect.shapes().first().is_none_or(|k| k.value < LONG);
+        let alike =
+            [JointSpring::ABOUT.name, TorqueRipple::ABOUT.name].contains(&effect.about().name) && long;
+        if alike && self.parts.allow_for_lean(&self.data)? {
+            self.refit()?;
+        }
+        Ok(alike.then(|| {
+            "where the first link has its mass, which a leaning base shows, looks the same".to_string()
+        }))
+    }
+
+    /// Linear parameters of `effect` fitted to all data together with the model at hand.
+    pub fn values(&self, effect: &dyn Effect) -> Result<Vec<f64>> {
+        let own: Vec<Arc<Column>> = self.data.candidate_columns(effect)?.into_iter().map(Arc::new).collect();
+        let count = own.len();
+        let mut columns = self.parts.columns();
+        columns.columns.splice(0..0, own);
+        let together = Present::with_weights(&self.data, columns, &self.present.weights);
+        Ok(together.fit(&self.data.tau)[..count].to_vec())
+    }
+}
