@@ -379,6 +379,30 @@ fn what_stands_still_before_the_motion_is_left_out() {
     assert!(!report.rows_dropped.contains_key("standing still at the ends"), "{:?}", report.rows_dropped);
 }
 
+/// One row that jumps while all else stands is no motion; and what creeps slower than anything can be told stays whole
+/// or loses its ends, but is prepared.
+#[test]
+fn creeping_and_a_jump_are_no_motion_from_rest() {
+    let t: Vec<f64> = (0..3000).map(|k| 0.01 * f64::from(k)).collect();
+    let dropped = |q: Vec<f64>| {
+        let log = Log {
+            name: "creep.csv".into(),
+            t: t.clone(),
+            q: vec![q],
+            tau: vec![t.clone()],
+            ..Log::default()
+        };
+        let (run, report) = prepared(&log, &Settings::default());
+        assert!(run.samples() > 100, "{:?}", report.rows_dropped);
+        report.rows_dropped.get("standing still at the ends").copied().unwrap_or(0)
+    };
+    let creep = |travel: f64| t.iter().map(|t| travel * t / 30.0).collect::<Vec<f64>>();
+    let mut jump = vec![0.3; 3000];
+    jump[1500] = 0.4;
+    assert_eq!((dropped(jump), dropped(creep(0.06))), (0, 0));
+    assert!(dropped(creep(2.5e-3)) < 1500);
+}
+
 #[test]
 fn ur10e_stamps_are_believed() {
     for file in ["unloaded_a.csv", "unloaded_b.csv", "unloaded_c.csv", "loaded_c.csv"] {

@@ -14,7 +14,19 @@ use crate::error::Result;
 /// A wave over the first joint with fewer periods per turn than this may be a leaning base's doing.
 const LONG: f64 = 2.0;
 
+/// Why what looks like a spring on the first joint is none beside a leaning base.
+const OF_A_LEAN: &str = "where the first link has its mass, which a leaning base shows, looks the same";
+
 impl Ladder {
+    /// Takes a part out of the model, with what was refused because of it; nothing is fitted again.
+    pub fn take_out(&mut self, part: usize) {
+        self.rungs.retain(|r| r.part != part);
+        self.parts.remove(part);
+        if !self.parts.has_tilt() {
+            self.refused.retain(|r| r.reason != OF_A_LEAN);
+        }
+    }
+
     pub(super) fn add_all(&mut self, steps: Vec<Addition>, say: &mut dyn FnMut(&str)) -> Result<()> {
         let before = self.rms();
         let mut added = Vec::new();
@@ -72,9 +84,7 @@ impl Ladder {
         if alike && self.parts.allow_for_lean(&self.data)? {
             self.refit()?;
         }
-        Ok(alike.then(|| {
-            "where the first link has its mass, which a leaning base shows, looks the same".to_string()
-        }))
+        Ok(alike.then(|| OF_A_LEAN.to_string()))
     }
 
     /// Linear parameters of `effect` fitted to all data together with the model at hand.

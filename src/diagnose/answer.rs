@@ -78,6 +78,8 @@ pub struct Signals {
     pub position_cutoff_hz: Option<f64>,
     /// Cut-off of velocities inside a sign \[Hz\].
     pub friction_cutoff_hz: Option<f64>,
+    /// Source of the velocities in signs, `logged` or `position`, where they have their own cut-off.
+    pub source_of_friction_velocity: Option<&'static str>,
     /// Width of the smoothed sign of each joint [rad/s, m/s].
     pub sign_width: Vec<f64>,
     /// Cut from both ends \[s\].

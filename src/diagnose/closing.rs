@@ -7,7 +7,7 @@ use super::present::rms;
 use super::refine;
 use super::score::Score;
 use super::unknown::{Dependence, Proposal, Search};
-use crate::effects::{Curve, Effect};
+use crate::effects::{Curve, Effect, PositionDependentFriction, TorqueRipple};
 use crate::error::Result;
 
 /// A named effect closes a case when it leaves less than this part of its joint's reducible error.
@@ -110,7 +110,14 @@ impl Ladder {
 
     /// The search for what a joint's error depends on, beside the model at hand.
     pub fn search_on(&self, joint: usize) -> Search<'_> {
+        let there = |name: &str| {
+            let own =
+                |p: &usize| self.parts.joint(*p) == Some(joint) && self.parts.get(*p).identity.name == name;
+            self.parts.numbers().iter().any(own)
+        };
         Search {
+            ripple_open: !there(TorqueRipple::ABOUT.name),
+            friction_open: !there(PositionDependentFriction::ABOUT.name),
             data: &self.data,
             present: &self.present,
             response: &self.response,

@@ -91,7 +91,8 @@ impl Request<'_> {
     /// Chooses the signal step.
     pub(super) fn choose(&self, logs: &[Log], say: &mut dyn FnMut(&str)) -> Result<Chosen> {
         let (settings, free) = (self.settings.clone(), self.choose_signals);
-        Choice { robot: self.robot, logs, settings, free, folds: self.folds }.decide(say)
+        let logged = logs.iter().chain(&self.validate).all(|log| log.dq.is_some());
+        Choice { robot: self.robot, logs, settings, free, folds: self.folds, logged }.decide(say)
     }
 
     /// Prepared runs of all logs as rows; candidates exist in those of the logs to explain.
@@ -158,7 +159,7 @@ pub fn diagnose(mut request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<O
         }
         let Some(late) = &mut late else { break };
         late.settle(&request, &look.chosen, &logs)?;
-        say(&format!("the torque is {:.1} ms late: put in step, looking again", 1e3 * late.seconds));
+        say(&format!("the torque is {}: put in step, looking again", late.words()));
         let again = Look::at(&request, &late.mended(&logs), &mut timing, say)?;
         let before = std::mem::replace(&mut look, again);
         unmended.get_or_insert(before);

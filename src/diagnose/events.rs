@@ -30,6 +30,8 @@ const PRICE: f64 = 8.0;
 const FIRST_STEP: f64 = 0.1;
 const LAST_STEP: f64 = 0.01;
 const FAR: f64 = 0.5;
+/// Turns that its search takes at most.
+const TURNS: usize = 20;
 
 /// A contact that stands out.
 pub(super) struct Contact {
@@ -136,17 +138,14 @@ fn in_run(data: &Data, present: &Present, floor: &Floor, run: usize) -> Result<O
         log: log.clone(),
     };
     let columns: Vec<Arc<Column>> = data.columns(&whole)?.into_iter().map(Arc::new).collect();
-    // The joints are weighed anew in every round, and everything is fitted with the same weights.
-    let mut present = present.reweighted(present.weights.clone());
-    let mut residual = present.residual_of(&data.tau, &present.fit(&data.tau));
+    let mut here = Here::new(data, present.clone(), span);
     let per = |seconds: f64| (libm::round(seconds / rows.dt) as usize).max(1);
-    let mut window = 0..0;
     let mut second = f64::INFINITY;
     for round in 0..3 {
-        let sums = Sums::new(data, &present, &columns, &residual, span.clone());
-        let try_window = |w: Range<usize>| sums.window(&present.all, &w).map(|(d, gain)| (w, d, gain));
+        let sums = here.sums(&columns);
+        let try_window = |w: Range<usize>| sums.window(&here.present.all, &w).map(|(d, gain)| (w, d, gain));
         let candidates: Vec<Range<usize>> =
-            if round == 0 { coarse(rows.count, &per) } else { edges(&window, rows.count, per(EDGE)) };
+            if round == 0 { coarse(rows.count, &per) } else { edges(&here.window, rows.count, per(EDGE)) };
         let tried: Vec<_> = candidates.into_iter().filter_map(try_window).collect();
         let best = tried.iter().reduce(|a, b| if b.2 > a.2 { b } else { a });
         let Some((w, d, gain)) = best.cloned() else { return Ok(None) };
@@ -154,59 +153,110 @@ fn in_run(data: &Data, present: &Present, floor: &Floor, run: usize) -> Result<O
             let apart = tried.iter().filter(|(other, _, _)| other.end <= w.start || w.end <= other.start);
             second = apart.map(|t| t.2).fold(0.0, f64::max) / gain.max(1e-300);
         }
-        window = w;
-        let global = span.start + window.start..span.start + window.end;
-        let after = without(&present, &columns, &residual, &d, &global, &sums, &window);
-        present = present.reweighted(outside_weights(data, &after, &global));
-        residual = present.residual_of(&data.tau, &present.fit(&data.tau));
+        here.window = w;
+        let after = here.without(&columns, &d, &sums);
+        here.weigh(outside_weights(data, &after, &here.rows()));
     }
     // Once more with weights that know nothing of the contact.
-    let sums = Sums::new(data, &present, &columns, &residual, span.clone());
-    let Some((d, gain)) = sums.window(&present.all, &window) else { return Ok(None) };
-    let global = span.start + window.start..span.start + window.end;
-    let after = without(&present, &columns, &residual, &d, &global, &sums, &window);
-    let kappa = autocorrelation(data, &after, &global);
+    let sums = here.sums(&columns);
+    let Some((d, gain)) = sums.window(&here.present.all, &here.window) else { return Ok(None) };
+    let after = here.without(&columns, &d, &sums);
+    let kappa = autocorrelation(data, &after, &here.rows());
     let f = gain / 3.0 / kappa;
-    let removed = removed(data, floor, &residual, &after);
-    let bump = one_joint(data, &present, &residual, &span, &window);
-    let alone = removed >= LEAST_PART || second <= SECOND;
-    let stands_out = f >= LEAST_F && alone && gain > bump + 2.0 * PRICE * kappa;
-    if !stands_out {
+    let alone = removed(data, floor, &here.residual, &after) >= LEAST_PART || second <= SECOND;
+    if f < LEAST_F || !alone || gain <= here.one_joint() + 2.0 * PRICE * kappa {
         return Ok(None);
     }
-    let (from, to) = (rows.start + window.start as f64 * rows.dt, rows.start + window.end as f64 * rows.dt);
-    let here = Here { data, present: &present, residual: &residual, span, window };
-    let origin = ContactForce { from_s: from, to_s: to, link: None, point: [0.0; 3], log };
+    let time = |row: usize| rows.start + row as f64 * rows.dt;
+    let (from_s, to_s) = (time(here.window.start), time(here.window.end));
+    let origin = ContactForce { from_s, to_s, link: None, point: [0.0; 3], log };
     let (effect, force) = here.point(origin, [d[0], d[1], d[2]], 3.0 * PRICE * kappa)?;
     Ok(Some(Contact { effect, force, f }))
 }
 
-/// A contact whose interval is known.
+/// A contact in a window of one run. The joints are weighed anew in every round, and everything is fitted with the same
+/// weights.
 struct Here<'a> {
     data: &'a Data,
-    present: &'a Present,
-    residual: &'a [Vec<f64>],
+    present: Present,
+    /// Of the model without a contact.
+    residual: Vec<Vec<f64>>,
+    /// Rows of the run.
     span: Range<usize>,
+    /// Rows of the contact, counted from the run's first.
     window: Range<usize>,
 }
 
-impl Here<'_> {
+impl<'a> Here<'a> {
+    fn new(data: &'a Data, present: Present, span: Range<usize>) -> Self {
+        let residual = present.residual_of(&data.tau, &present.fit(&data.tau));
+        Self { data, present, residual, span, window: 0..0 }
+    }
+
+    fn weigh(&mut self, weights: Vec<f64>) {
+        self.present = self.present.reweighted(weights);
+        self.residual = self.present.residual_of(&self.data.tau, &self.present.fit(&self.data.tau));
+    }
+
+    fn sums(&self, columns: &[Arc<Column>]) -> Sums {
+        Sums::new(self.data, &self.present, columns, &self.residual, self.span.clone())
+    }
+
+    /// Coefficients of some columns over the window, and the weighted squared error they remove.
+    fn fitted(&self, columns: &[Arc<Column>]) -> Option<(Vec<f64>, f64)> {
+        let sums = Sums::new(self.data, &self.present, columns, &self.residual, self.rows());
+        sums.window(&self.present.all, &(0..self.window.len()))
+    }
+
+    /// What a disturbance of a single joint's torque would remove over the same window, at most.
+    fn one_joint(&self) -> f64 {
+        let of = |joint| self.fitted(&[Arc::new(Column::of(joint, vec![1.0; self.data.count()]))]);
+        (0..self.data.dof()).filter_map(of).map(|(_, gain)| gain).fold(0.0, f64::max)
+    }
+
+    /// Rows of the window, counted over all runs.
+    fn rows(&self) -> Range<usize> {
+        self.span.start + self.window.start..self.span.start + self.window.end
+    }
+
+    /// Residual with a force of these coefficients in the model.
+    fn without(&self, columns: &[Arc<Column>], d: &[f64], sums: &Sums) -> Vec<Vec<f64>> {
+        let (p, s) = (sums.width, sums.over(&self.window));
+        let mut cross = vec![0.0; p];
+        for (i, dk) in d.iter().enumerate() {
+            cross.iter_mut().zip(&s[i * p..(i + 1) * p]).for_each(|(c, x)| *c += dk * x);
+        }
+        // The model gives back what it had taken of the force.
+        let back: Vec<f64> = self.present.all.solve(&cross).into_iter().map(|x| -x).collect();
+        let left = |(joint, residual): (usize, &Vec<f64>)| {
+            let mut rest = residual.clone();
+            for (dk, column) in d.iter().zip(columns) {
+                let Some(part) = column.part(joint) else { continue };
+                for k in self.rows().filter(|&k| !self.data.resting[joint][k]) {
+                    rest[k] -= dk * part[k];
+                }
+            }
+            let rows = 0..rest.len();
+            self.present.take_away(&back, joint, rows, &mut rest);
+            rest
+        };
+        self.residual.iter().enumerate().map(left).collect()
+    }
+
     /// The force of a contact, and the weighted squared error it removes.
     fn force(&self, effect: &ContactForce) -> Result<Option<([f64; 3], f64)>> {
         let columns: Vec<Arc<Column>> = self.data.columns(effect)?.into_iter().map(Arc::new).collect();
-        let inner = self.window.start + self.span.start..self.window.end + self.span.start;
-        let sums = Sums::new(self.data, self.present, &columns, self.residual, inner.clone());
-        let found = sums.window(&self.present.all, &(0..inner.len()));
-        Ok(found.map(|(d, gain)| ([d[0], d[1], d[2]], gain)))
+        Ok(self.fitted(&columns).map(|(d, gain)| ([d[0], d[1], d[2]], gain)))
     }
 
     /// The point of the last link that the force acts on, where another than its origin explains `worth` more.
     fn point(&self, origin: ContactForce, force: [f64; 3], worth: f64) -> Result<(ContactForce, [f64; 3])> {
         let Some((_, from)) = self.force(&origin)? else { return Ok((origin, force)) };
         let mut best = (origin.clone(), force, from);
-        let mut step = FIRST_STEP;
-        while step >= LAST_STEP {
+        let (mut step, mut turns) = (FIRST_STEP, 0);
+        while step >= LAST_STEP && turns < TURNS {
             let mut moved = false;
+            turns += 1;
             for (axis, sign) in (0..3).flat_map(|axis| [(axis, 1.0), (axis, -1.0)]) {
                 let mut effect = best.0.clone();
                 effect.point[axis] = (effect.point[axis] + sign * step).clamp(-FAR, FAR);
@@ -244,43 +294,6 @@ fn edges(window: &Range<usize>, count: usize, step: usize) -> Vec<Range<usize>> 
         .collect()
 }
 
-/// Residual with the force in the model.
-fn without(
-    present: &Present,
-    columns: &[Arc<Column>],
-    residual: &[Vec<f64>],
-    d: &[f64],
-    global: &Range<usize>,
-    sums: &Sums,
-    window: &Range<usize>,
-) -> Vec<Vec<f64>> {
-    let p = sums.width;
-    let s = sums.over(window);
-    let mut cross = vec![0.0; p];
-    for (i, dk) in d.iter().enumerate() {
-        cross.iter_mut().zip(&s[i * p..(i + 1) * p]).for_each(|(c, x)| *c += dk * x);
-    }
-    // The model gives back what it had taken of the force.
-    let back: Vec<f64> = present.all.solve(&cross).into_iter().map(|x| -x).collect();
-    residual
-        .iter()
-        .enumerate()
-        .map(|(joint, residual)| {
-            let mut rest = residual.clone();
-            for (dk, column) in d.iter().zip(columns) {
-                if let Some(part) = column.part(joint) {
-                    for k in global.clone() {
-                        rest[k] -= dk * part[k];
-                    }
-                }
-            }
-            let rows = 0..rest.len();
-            present.take_away(&back, joint, rows, &mut rest);
-            rest
-        })
-        .collect()
-}
-
 /// One over the rms of each joint outside a window; none for joints without a measurement.
 fn outside_weights(data: &Data, residual: &[Vec<f64>], window: &Range<usize>) -> Vec<f64> {
     let outside = |r: &Vec<f64>| -> Vec<f64> {
@@ -295,7 +308,9 @@ fn outside_weights(data: &Data, residual: &[Vec<f64>], window: &Range<usize>) ->
 fn autocorrelation(data: &Data, residual: &[Vec<f64>], window: &Range<usize>) -> f64 {
     let factors: Vec<f64> = residual
         .iter()
-        .map(|r| {
+        .zip(&data.silent)
+        .filter(|(_, silent)| !**silent)
+        .map(|(r, _)| {
             let mut outside = r.clone();
             outside[window.clone()].fill(0.0);
             let white: f64 = outside.iter().map(|x| x * x).sum();
@@ -309,27 +324,12 @@ fn autocorrelation(data: &Data, residual: &[Vec<f64>], window: &Range<usize>) ->
 fn removed(data: &Data, floor: &Floor, before: &[Vec<f64>], after: &[Vec<f64>]) -> f64 {
     let n = data.count() as f64;
     let (mut gain, mut excess) = (0.0, 0.0);
-    for (joint, floor) in floor.rms.iter().enumerate() {
+    let counts = |joint: &usize| !data.silent[*joint] && !data.still[*joint];
+    for joint in (0..data.dof()).filter(counts) {
+        let floor = floor.rms[joint];
         let square = |r: &[f64]| r.iter().map(|x| x * x).sum::<f64>() / (floor * floor);
         gain += square(&before[joint]) - square(&after[joint]);
         excess += (square(&before[joint]) - n).max(0.0);
     }
     if excess > 0.0 { gain / excess } else { 0.0 }
-}
-
-/// What a disturbance of a single joint's torque would remove over the same window, at most.
-fn one_joint(
-    data: &Data,
-    present: &Present,
-    residual: &[Vec<f64>],
-    span: &Range<usize>,
-    window: &Range<usize>,
-) -> f64 {
-    (0..data.dof())
-        .filter_map(|joint| {
-            let columns = [Arc::new(Column::of(joint, vec![1.0; data.count()]))];
-            let sums = Sums::new(data, present, &columns, residual, span.clone());
-            sums.window(&present.all, window).map(|(_, gain)| gain)
-        })
-        .fold(0.0, f64::max)
 }

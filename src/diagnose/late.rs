@@ -65,6 +65,11 @@ impl Late {
         Ok(())
     }
 
+    /// `12.3 ms late`.
+    pub fn words(&self) -> String {
+        format!("{:.1} ms {}", 1e3 * self.seconds.abs(), if self.seconds < 0.0 { "early" } else { "late" })
+    }
+
     /// The logs with their torque put in step.
     pub fn mended(&self, logs: &[Log]) -> Vec<Log> {
         logs.iter().map(|log| shifted(log, self.seconds)).collect()
@@ -82,6 +87,7 @@ impl Late {
     /// Puts it before everything else, or aside where it is less than the clock can tell. `mended` is the starting
     /// model on the logs that were put in step.
     pub fn into_answer(self, d: &mut Diagnosis, telling: &Telling<'_>, mended: &Base) {
+        let words = self.words();
         let Self { seconds, mut told } = self;
         // What is left of it is part of the whole.
         let other = |m: &Missing| m.effect != told.effect || !m.joints.is_empty();
@@ -104,13 +110,8 @@ impl Late {
         let before = telling.base.residual.iter().map(|r| rms(r));
         told.held_out_rms = names.clone().zip(before.zip(&after).map(|(b, a)| [b, *a])).collect();
         told.place = format!(
-            "the whole robot: the torque is {:.1} ms {}; it was put in step before anything else was looked for. Filter \
-             torque and motion alike, or log both in one place",
-            milliseconds.abs(),
-            match seconds < 0.0 {
-                true => "early, as a causal filter or a bus on the motion makes it",
-                false => "late, as a causal filter or a bus makes it",
-            }
+            "the whole robot: the torque is {words}, as a causal filter or a bus makes it; it was put in step before \
+             anything else was looked for. Filter torque and motion alike, or log both in one place"
         );
         if let Some(first) = self::first(telling, &after) {
             d.first = Some(first);

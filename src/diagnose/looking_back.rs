@@ -38,10 +38,10 @@ impl Ladder {
         let mut dropped = self.drop_contacts(say)?;
         while !self.limits.stop.asked() {
             let Some(rung) = self.weakest()? else { break };
-            let part = self.rungs.remove(rung).part;
+            let part = self.rungs[rung].part;
             say(&format!("no longer needed: {}", self.parts.title(part, &self.data.robot)));
             self.dropped.push(self.parts.get(part).identity.clone());
-            self.parts.remove(part);
+            self.take_out(part);
             self.refit()?;
             dropped = true;
         }
@@ -56,11 +56,15 @@ impl Ladder {
                 break;
             }
             let beside = self.beside(part);
-            if events::contact(&self.data, &beside.present, &self.floor)?.is_none() {
+            let own = self.parts.get(part).effect.interval();
+            let seen = events::contact(&self.data, &beside.present, &self.floor)?;
+            let again = |c: &events::Contact| {
+                own.is_none_or(|(from, to)| c.effect.from_s < to && c.effect.to_s > from)
+            };
+            if !seen.as_ref().is_some_and(again) {
                 say(&format!("no longer needed: {}", self.parts.title(part, &self.data.robot)));
                 self.events.retain(|p| *p != part);
-                self.rungs.retain(|r| r.part != part);
-                self.parts.remove(part);
+                self.take_out(part);
                 self.refit()?;
                 dropped = true;
             }

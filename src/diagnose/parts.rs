@@ -27,6 +27,8 @@ pub(super) struct Part {
     /// Terms that are fitted: all of them, or the leading ones of base parameters.
     terms: Vec<usize>,
     columns: Vec<Arc<Column>>,
+    /// Linear parameters when it was found, for the slopes.
+    values: Vec<f64>,
     /// Slopes with respect to its nonlinear parameters, so that later tests allow for their re-estimation.
     slopes: Vec<Arc<Column>>,
     removed: bool,
@@ -48,6 +50,7 @@ impl Part {
             found: false,
             terms,
             columns: vec![],
+            values: vec![],
             slopes: vec![],
             removed: false,
         };
@@ -66,11 +69,11 @@ impl Part {
             found: true,
             terms,
             columns: vec![],
+            values: values.to_vec(),
             slopes: vec![],
             removed: false,
         };
         part.build(data)?;
-        part.slopes = part.slopes_at(data, values)?;
         Ok(part)
     }
 
@@ -82,6 +85,9 @@ impl Part {
         };
         let mut all: Vec<Option<Column>> = all.into_iter().map(Some).collect();
         self.columns = self.terms.iter().filter_map(|&t| all[t].take()).map(Arc::new).collect();
+        if self.found {
+            self.slopes = self.slopes_at(data, &self.values)?;
+        }
         Ok(())
     }
 
@@ -196,7 +202,7 @@ impl Parts {
 
     /// Whether a leaning base is part of the model.
     pub fn has_tilt(&self) -> bool {
-        self.live().any(|(_, p)| p.effect.about().name == BaseTilt::ABOUT.name)
+        self.live().any(|(_, p)| is_tilt(p))
     }
 
     /// From now on a leaning base may show where the first link has its mass; answers whether that is new.
@@ -211,7 +217,7 @@ impl Parts {
         self.parts.iter().enumerate().filter(|(_, p)| !p.removed)
     }
 
-    /// Adds a part; the columns of its joint get their nuisance at the next [`Parts::rebuild`].
+    /// Adds a part; its joint keeps the nuisance that it has.
     pub fn add(&mut self, part: Part) -> usize {
         self.parts.push(part);
         self.parts.len() - 1
@@ -258,10 +264,14 @@ impl Parts {
     /// All columns but those of some parts.
     pub fn columns_without(&self, parts: &[usize]) -> Columns {
         let kept = || self.live().filter(move |(k, _)| !parts.contains(k)).map(|(_, p)| p);
+        let leans = kept().any(is_tilt);
+        let allowed = |n: &&Nuisance| leans || !matches!(n.of, Doubt::Lean(_));
+        let nuisances: Vec<Arc<Column>> =
+            self.nuisances.iter().filter(allowed).map(|n| n.column.clone()).collect();
         let effects = kept().flat_map(|p| p.columns.iter().cloned());
         let slopes = kept().flat_map(|p| p.slopes.iter().cloned());
-        let columns = effects.chain(slopes).chain(self.nuisances.iter().map(|n| n.column.clone())).collect();
-        Columns { columns, nuisances: self.nuisances.len() }
+        let count = nuisances.len();
+        Columns { columns: effects.chain(slopes).chain(nuisances).collect(), nuisances: count }
     }
 
     /// Columns of one part.
@@ -336,6 +346,10 @@ pub(super) fn upright(data: &Data) -> Option<usize> {
     let size = robot.gravity.norm();
     let upright = size > 0.0 && axis.dot(&robot.gravity).abs() > 0.99 * size;
     (upright && joint.kind == JointKind::Revolute).then_some(first)
+}
+
+fn is_tilt(part: &Part) -> bool {
+    part.effect.about().name == BaseTilt::ABOUT.name
 }
 
 /// Whether an effect has a sign that is smoothed.

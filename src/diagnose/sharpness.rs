@@ -45,25 +45,29 @@ pub(super) fn by_joint(robot: &Robot, effects: &[Box<dyn Effect>]) -> Result<Vec
 /// Gives every part with Coulomb friction of one joint the width that explains most in held-out data
 /// beside all the others.
 pub(super) fn sharpen(parts: &mut Parts, data: &Data) -> Result<()> {
-    sharpen_within(parts, data, AROUND, 1.0)
+    sharpen_within(parts, data, AROUND, 1.0, f64::INFINITY)
 }
 
 /// Chooses the widths again beside everything that was found; answers whether any changed.
 pub(super) fn sharpen_again(ladder: &mut Ladder, extra: &[Box<dyn Effect>]) -> Result<bool> {
     let before = ladder.parts.widths.clone();
-    sharpen_within(&mut ladder.parts, &ladder.data, FAR_AROUND, WORTH)?;
+    sharpen_within(&mut ladder.parts, &ladder.data, FAR_AROUND, WORTH, SOFTEST)?;
+    ladder.refit()?;
     let changed: Vec<bool> = (0..before.len()).map(|j| differ(before[j], ladder.parts.widths[j])).collect();
     if !changed.contains(&true) {
         return Ok(false);
     }
-    // Everything else with a sign of such a joint gets its new width.
+    // Everything else that was found and has a sign of such a joint gets its new width.
     let robot = ladder.data.robot.clone();
-    for part in ladder.rungs.iter().map(|r| r.part).collect::<Vec<_>>() {
+    for part in ladder.parts.numbers().into_iter().filter(|&p| ladder.parts.get(p).found).collect::<Vec<_>>()
+    {
         let effect = ladder.parts.get(part).effect.clone();
         if let Some(joint) = effect.sign_of(&robot)?.or(ladder.parts.joint(part)).filter(|j| changed[*j]) {
             ladder.parts.replace(part, &ladder.data, effect.with_width(ladder.parts.widths[joint]))?;
         }
     }
+    // What was refused may have been so because of the width.
+    ladder.refused.clear();
     ladder.candidates = candidates::catalogue(&ladder.data, &ladder.parts.widths, extra)?;
     ladder.refit()?;
     ladder.refresh_torque()?;
@@ -75,7 +79,9 @@ fn differ(a: f64, b: f64) -> bool {
     (a - b).abs() > 0.0
 }
 
-fn sharpen_within(parts: &mut Parts, data: &Data, around: f64, worth: f64) -> Result<()> {
+/// Widths within a factor `around` of those there are; a change by less than a factor `worth` is none, and softer than
+/// `softest` is only what was so before: softer than any filter makes a sign is physics.
+fn sharpen_within(parts: &mut Parts, data: &Data, around: f64, worth: f64, softest: f64) -> Result<()> {
     let weights = Present::new(data, parts.columns()).weights;
     for part in parts.numbers() {
         let Some(joint) = parts.joint(part) else { continue };
@@ -87,10 +93,8 @@ fn sharpen_within(parts: &mut Parts, data: &Data, around: f64, worth: f64) -> Re
         let present = Present::with_weights(data, Columns { columns, nuisances: 0 }, &weights);
         let effect = parts.get(part).effect.as_ref();
         let near = parts.widths[joint];
-        let width = width(data, &present, effect, near, around)?;
-        // Softer than any filter makes a sign is physics.
-        let width = if around > AROUND { width.min(near.max(SOFTEST)) } else { width };
-        if width < near * worth && near < width * worth && worth > 1.0 {
+        let width = width(data, &present, effect, near, around)?.min(near.max(softest));
+        if width < near * worth && near < width * worth {
             continue;
         }
         let sharpened = parts.get(part).effect.with_width(width);

@@ -44,6 +44,8 @@ pub(super) struct Choice<'a> {
     /// Whether cut-offs and source of the velocity are chosen too, or taken from the settings.
     pub free: bool,
     pub folds: &'a dyn Fn(&[Run]) -> Result<Folds>,
+    /// Whether every log has velocities, those to validate too.
+    pub logged: bool,
 }
 
 impl Choice<'_> {
@@ -55,11 +57,11 @@ impl Choice<'_> {
         let folds = (self.folds)(&prepared(self.logs, &settings)?.0)?;
         if self.free {
             say("choosing the source and the cut-off of velocities");
-            let logged = self.logs.iter().all(|log| log.dq.is_some());
-            let sources: &[VelocityFrom] = if logged && settings.velocity_from == VelocityFrom::Auto {
+            let own = [settings.velocity_from];
+            let sources: &[VelocityFrom] = if self.logged && settings.velocity_from == VelocityFrom::Auto {
                 &[VelocityFrom::Velocity, VelocityFrom::Position]
             } else {
-                &[VelocityFrom::Auto]
+                &own
             };
             let tried = |from: VelocityFrom, hz: f64| Settings {
                 velocity_from: from,
@@ -94,9 +96,9 @@ impl Choice<'_> {
         if settings.friction_cutoff_hz.is_some() {
             return all;
         }
-        let logged = self.logs.iter().all(|log| log.dq.is_some());
-        let other = logged && settings.velocity_from == VelocityFrom::Position;
-        let sources = [Some(VelocityFrom::Auto), other.then_some(VelocityFrom::Velocity)];
+        let auto = settings.friction_velocity_from == VelocityFrom::Auto;
+        let other = self.free && auto && self.logged && settings.velocity_from == VelocityFrom::Position;
+        let sources = [Some(settings.friction_velocity_from), other.then_some(VelocityFrom::Velocity)];
         for friction_velocity_from in sources.into_iter().flatten() {
             for hz in FRICTION_HZ.into_iter().filter(|hz| *hz > settings.position_cutoff_hz) {
                 let friction_cutoff_hz = Some(hz);

@@ -93,6 +93,7 @@ impl Telling<'_> {
             source_of_velocity: report.map_or("position", |r| r.source_of_velocity),
             position_cutoff_hz: report.and_then(|r| r.position_cutoff_hz),
             friction_cutoff_hz: report.and_then(|r| r.friction_cutoff_hz),
+            source_of_friction_velocity: report.and_then(|r| r.source_of_friction_velocity),
             sign_width: self.ladder.parts.widths.clone(),
             trim_s: self.chosen.settings.trim_s,
             rows_used: self.ladder.data.count(),
@@ -249,8 +250,7 @@ impl Telling<'_> {
         let ladder = self.ladder;
         let mut all = Vec::new();
         for &part in &ladder.events {
-            let Some(rows) = ladder.data.rows.first() else { continue };
-            let (from, to) = ladder.parts.get(part).effect.interval().unwrap_or((rows.start, rows.start));
+            let Some((from, to)) = ladder.parts.get(part).effect.interval() else { continue };
             let x = ladder.present.fit(&ladder.data.tau);
             let force = &x[ladder.parts.place(part)];
             let force_n = [force[0], force[1], force[2]];
@@ -328,6 +328,12 @@ impl Telling<'_> {
         if ladder.rungs.len() >= ladder.limits.steps {
             return format!("stopped after {} effects; more may be missing", ladder.limits.steps);
         }
+        if ladder.ranking.is_empty() {
+            return "nothing was looked for".to_string();
+        }
+        if ladder.limits.stop.asked() {
+            return "stopped when asked to; more may be missing".to_string();
+        }
         let (low, high) = ladder.gates.range();
         let from =
             if high - low < 0.05 { format!("{low:.1}") } else { format!("{low:.1} to {high:.1}, by joint") };
@@ -348,7 +354,22 @@ impl Telling<'_> {
 }
 
 /// One line for the same effect on several joints.
-fn merge(known: &mut Missing, entry: Missing) {
+fn merge(known: &mut Missing, mut entry: Missing) {
+    // A shape is called alike on every joint.
+    let shared = |a: &Parameter, others: &[Parameter]| others.iter().any(|b| b.name == a.name);
+    let called = |p: &mut Parameter, joint: Option<&String>| {
+        p.name = joint.map_or(p.name.clone(), |joint| format!("{}_{joint}", p.name));
+    };
+    let first = entry.parameters.clone();
+    for p in known.parameters.iter_mut().filter(|p| shared(p, &first)) {
+        called(p, known.joints.first());
+    }
+    if !known.joints.is_empty() {
+        let linear = |p: &Parameter| p.standard_error.is_some();
+        for p in entry.parameters.iter_mut().filter(|p| !linear(p)) {
+            called(p, entry.joints.first());
+        }
+    }
     known.joints.extend(entry.joints);
     known.parameters.extend(entry.parameters);
     known.gain_percent += entry.gain_percent;

@@ -1,7 +1,7 @@
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::{About, Columns, Effect, Stretch, Term, find_link};
+use super::{About, Columns, Described, Effect, Stretch, Term, find_link};
 use crate::error::{Error, Result};
 use crate::robot::{JointKind, Pose, Robot};
 
@@ -118,6 +118,24 @@ impl Effect for ContactForce {
 
     fn boxed(&self) -> Box<dyn Effect> {
         Box::new(self.clone())
+    }
+
+    fn describe(&self, robot: &Robot, values: &[f64], covariance: &DMatrix<f64>) -> Result<Vec<Described>> {
+        let force = self.terms(robot)?.into_iter().enumerate().map(|(i, term)| Described {
+            name: term.symbol,
+            value: values[i],
+            unit: term.unit,
+            standard_error: Some(covariance[(i, i)].sqrt()).filter(|e| e.is_finite()),
+        });
+        // Where it acts is only worth a word away from the link's origin.
+        let point = AXES.iter().zip(self.point).map(|(axis, value)| Described {
+            name: format!("point_{axis}"),
+            value,
+            unit: "m",
+            standard_error: None,
+        });
+        let away = self.point.iter().any(|x| x.abs() > 0.0);
+        Ok(force.chain(point.filter(|_| away)).collect())
     }
 
     fn interval(&self) -> Option<(f64, f64)> {

@@ -66,7 +66,7 @@ impl Effect for PositionDependentFriction {
     }
 
     fn shapes(&self) -> Vec<Shape> {
-        let trials = (1..=8).map(f64::from).collect();
+        let trials = (2..=16).map(|k| 0.5 * f64::from(k)).collect();
         vec![Shape { symbol: "k", unit: "1/rad", value: self.k, low: 0.5, high: 8.5, trials }]
     }
 

@@ -62,7 +62,7 @@ impl Effect for TorqueRipple {
     }
 
     fn shapes(&self) -> Vec<Shape> {
-        let trials = (2..=12).chain((14..=30).step_by(2)).map(f64::from).collect();
+        let trials = (4..=24).chain((28..=60).step_by(4)).map(|k| 0.5 * f64::from(k)).collect();
         vec![Shape { symbol: "k", unit: "1/rad", value: self.k, low: 1.5, high: 31.0, trials }]
     }
 

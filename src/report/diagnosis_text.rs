@@ -237,6 +237,10 @@ fn validation(d: &Diagnosis) -> String {
             (false, false) => "",
         }
     );
+    let same = v.rms.values().all(|[before, after]| before.to_bits() == after.to_bits());
+    if same && !(d.missing.is_empty() && d.minor.is_empty()) {
+        return text + "      what was found is not in it: it acts in the data alone\n";
+    }
     for (joint, [before, after]) in &v.rms {
         text += &format!("      {joint}: {before:.4} -> {after:.4}\n");
     }
@@ -304,11 +308,12 @@ fn signals(d: &Diagnosis) -> String {
     let s = &d.signals;
     let hz = |x: Option<f64>, none: &str| x.map_or(none.to_string(), |x| format!("{x} Hz"));
     let line = format!(
-        "signals: band {} Hz, velocity {}, motion {}, signs {}, {} rows",
+        "signals: band {} Hz, velocity {}, motion {}, signs {}{}, {} rows",
         s.band_hz,
         s.source_of_velocity,
         hz(s.position_cutoff_hz, "as it is"),
         hz(s.friction_cutoff_hz, "as motion"),
+        s.source_of_friction_velocity.map_or_else(String::new, |from| format!(" {from}")),
         s.rows_used
     );
     let mut text = hanging("", &line, 9);

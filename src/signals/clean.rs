@@ -29,8 +29,10 @@ pub(super) struct Cleaned {
     pub segments: Vec<Segment>,
 }
 
-/// A robot that is farther than this from where it stood has left [rad, m].
+/// A joint that is farther than this from where it stood has left; less where it travels little [rad, m].
 const LEFT: f64 = 2e-3;
+/// Rows one after the other that must have left.
+const FEW: usize = 3;
 /// Standing longer than this before or after the motion says nothing of it \[s\].
 const STOOD: f64 = 1.0;
 
@@ -56,7 +58,8 @@ pub(super) fn clean(log: &Log, max_gap_s: f64, stand_s: f64) -> Result<Cleaned> 
     drop("out of order", fresh.len() - ordered.len() - repeats);
 
     let parts: Vec<&[usize]> = ordered.chunk_by(|&a, &b| log.t[b] - log.t[a] <= max_gap).collect();
-    let longest = parts.iter().enumerate().rev().max_by_key(|(_, part)| part.len()).map_or(0, |(i, _)| i);
+    let motion = |part: &[usize]| in_motion(log, part, stand_s).len();
+    let longest = parts.iter().enumerate().rev().max_by_key(|(_, part)| motion(part)).map_or(0, |(i, _)| i);
     let rows = parts.get(longest).map_or_else(Vec::new, |part| part.to_vec());
     drop("outside the longest stretch", ordered.len() - rows.len());
     let moving = in_motion(log, &rows, stand_s);
@@ -79,25 +82,36 @@ pub(super) fn clean(log: &Log, max_gap_s: f64, stand_s: f64) -> Result<Cleaned> 
 }
 
 /// The part of `rows` from `stand_s` before the robot leaves where it stood first until as long after it arrives where
-/// it stands last.
+/// it stands last; all of them where it does not stand still for long.
 fn in_motion(log: &Log, rows: &[usize], stand_s: f64) -> Range<usize> {
     let all = 0..rows.len();
-    let away = |from: usize, row: usize| log.q.iter().any(|q| (q[row] - q[from]).abs() > LEFT);
     let (Some(&first), Some(&last)) = (rows.first(), rows.last()) else { return all };
-    let Some(leaves) = rows.iter().position(|&row| away(first, row)) else { return all };
-    let arrives = rows.iter().rposition(|&row| away(last, row)).unwrap_or(rows.len() - 1);
-    let (from, to) = (log.t[rows[leaves]], log.t[rows[arrives]]);
-    let start = if from - log.t[first] > STOOD {
-        rows.partition_point(|&row| log.t[row] < from - stand_s)
-    } else {
-        0
+    let moving: Vec<(&[f64], f64)> =
+        log.q.iter().filter_map(|q| Some((q.as_slice(), left(q, rows)?))).collect();
+    let away = |from: usize, row: usize| moving.iter().any(|(q, left)| (q[row] - q[from]).abs() > *left);
+    // A single row that jumps is no motion.
+    let gone = |from: usize, few: &[usize]| few.iter().all(|&row| away(from, row));
+    let Some(leaves) = rows.windows(FEW).position(|few| gone(first, few)) else { return all };
+    let Some(arrives) = rows.windows(FEW).rposition(|few| gone(last, few)) else { return all };
+    let (from, to) = (log.t[rows[leaves]], log.t[rows[arrives + FEW - 1]]);
+    let start = match from - log.t[first] > STOOD {
+        true => rows.partition_point(|&row| log.t[row] < from - stand_s),
+        false => 0,
     };
-    let end = if log.t[last] - to > STOOD {
-        rows.partition_point(|&row| log.t[row] <= to + stand_s)
-    } else {
-        rows.len()
+    let end = match log.t[last] - to > STOOD {
+        true => rows.partition_point(|&row| log.t[row] <= to + stand_s),
+        false => rows.len(),
     };
-    start..end
+    // What creeps all the time leaves its first place after it has come to its last one.
+    if leaves < arrives { start..end } else { all }
+}
+
+/// How far from where it stood a joint has left; none where it never moves.
+fn left(q: &[f64], rows: &[usize]) -> Option<f64> {
+    let ends =
+        rows.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], &row| [a.min(q[row]), b.max(q[row])]);
+    let travel = ends[1] - ends[0];
+    (travel >= LEFT).then(|| (0.01 * travel).clamp(0.15 * LEFT, LEFT))
 }
 
 /// Every joint quantity must have as many joints and rows as it says.

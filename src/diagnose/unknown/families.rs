@@ -44,9 +44,22 @@ impl Search<'_> {
             shape,
             width: self.width,
         };
+        // Waves over the joint's own position are torque ripple and position-dependent friction, as long as these may
+        // still be found.
+        let own_position = matches!(variable, Variable::Position(i) if *i == self.joint);
+        let named = |own: &Own, family: &[Curve]| {
+            let wave = matches!(family.first(), Some(Curve::Wave { .. }));
+            let open = match own {
+                Own::One => self.ripple_open,
+                Own::Sign => self.friction_open,
+                Own::Speed => false,
+            };
+            own_position && wave && open
+        };
         [Own::One, Own::Speed, Own::Sign]
             .into_iter()
             .flat_map(|own| curves.iter().map(move |family| (own, family)))
+            .filter(|(own, family)| !named(own, family))
             .map(|(own, family)| family.iter().map(|&curve| formula(own, curve)).collect())
             .collect()
     }

@@ -47,6 +47,10 @@ pub(super) struct Search<'a> {
     pub response: &'a Response,
     pub joint: usize,
     pub width: f64,
+    /// Whether torque ripple of the joint may still be found.
+    pub ripple_open: bool,
+    /// Whether friction of the joint that depends on its position may still be found.
+    pub friction_open: bool,
 }
 
 impl Search<'_> {
