@@ -77,7 +77,8 @@ impl Ladder {
             && self.part_of_joint(score) >= self.limits.least_of_joint
             && usefulness >= self.limits.least_usefulness.max(self.least_beside)
             && score.z_without_best >= self.limits.z_without_best
-            && score.in_one_second <= self.limits.most_in_one_second
+            && (score.in_one_second <= self.limits.most_in_one_second
+                || score.z_without_best >= self.limits.least_z)
     }
 
     /// Calibrates the thresholds: present residuals with random signs have nothing to find, and what is found in

@@ -74,7 +74,8 @@ pub struct Limits {
     pub least_usefulness: f64,
     /// Least z without the one second that helps most.
     pub z_without_best: f64,
-    /// Most that one second may bring of an effect's gain: physics acts more than once.
+    /// Most that one second may bring of an effect's gain, unless it is significant without that second: physics acts
+    /// more than once.
     pub most_in_one_second: f64,
     /// Two explanations tie when one has this part of the other's gain, and the paired losses do not differ.
     pub tie_gain: f64,
