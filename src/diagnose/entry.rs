@@ -305,7 +305,6 @@ pub(super) fn bare(
         dropped: Vec::new(),
         unknown: Vec::new(),
         events: Vec::new(),
-        least_beside: 0.0,
         at_reversals: 0.0,
         best_left: 0.0,
         ranking: Vec::new(),

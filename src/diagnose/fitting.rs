@@ -119,10 +119,9 @@ impl Fitting {
     /// numbers that fit cannot be physics.
     pub fn with_added(&mut self, effect: &str, joints: &[String]) -> Result<Vec<Box<dyn Effect>>> {
         let ladder = &self.ladder;
-        let kept =
-            (ladder.parts.clone(), ladder.present.clone(), ladder.response.clone(), ladder.least_beside);
+        let kept = (ladder.parts.clone(), ladder.present.clone(), ladder.response.clone());
         let added = self.added(effect, joints);
-        (self.ladder.parts, self.ladder.present, self.ladder.response, self.ladder.least_beside) = kept;
+        (self.ladder.parts, self.ladder.present, self.ladder.response) = kept;
         self.ladder.candidates.clear();
         self.ladder.refused.clear();
         added

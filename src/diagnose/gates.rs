@@ -75,7 +75,7 @@ impl Ladder {
     pub fn worthwhile(&self, usefulness: f64, score: &Score) -> bool {
         score.share >= self.limits.least_share
             && self.part_of_joint(score) >= self.limits.least_of_joint
-            && usefulness >= self.limits.least_usefulness.max(self.least_beside)
+            && usefulness >= self.limits.least_usefulness
             && score.z_without_best >= self.limits.z_without_best
             && (score.in_one_second <= self.limits.most_in_one_second
                 || score.z_without_best >= self.limits.least_z)

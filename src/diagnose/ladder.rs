@@ -19,10 +19,6 @@ use crate::report::pictures::Ranked;
 /// Offset, viscous and Coulomb friction come first in the catalogue, after the rigid body.
 pub(super) const PLAIN: usize = 3;
 
-/// What gains less than this part of the largest reducible error that is left is not believed: a model that misses so
-/// much on one joint cannot tell so little on another.
-const BESIDE: f64 = 0.01;
-
 /// An effect that was no longer needed this often is not tried again.
 const RETURNS: usize = 2;
 
@@ -71,8 +67,6 @@ pub(super) struct Ladder {
     pub unknown: Vec<Unknown>,
     /// Parts that act in an interval only.
     pub events: Vec<usize>,
-    /// Least gain, in units of the noise floor per sample, that is worth a word beside what is still unexplained.
-    pub least_beside: f64,
     /// Largest z at the last look of what shows only where joints turn round.
     pub at_reversals: f64,
     /// Largest z of anything at the last look, with what it belongs to.
@@ -128,7 +122,6 @@ impl Ladder {
             dropped: Vec::new(),
             unknown: Vec::new(),
             events: self.events.clone(),
-            least_beside: 0.0,
             at_reversals: 0.0,
             best_left: 0.0,
             ranking: Vec::new(),
@@ -174,7 +167,6 @@ impl Ladder {
             }
         }
         self.response = self.present.respond(&self.data, self.data.tau.clone());
-        self.least_beside = BESIDE * self.excess().into_iter().fold(0.0, f64::max);
         Ok(())
     }
 

@@ -12,6 +12,10 @@ use crate::error::Result;
 /// One cause takes the place of several findings when the mean logarithm of held-out rms grows by no more than this.
 const WORSE: f64 = 0.01;
 
+/// What gains less than this part of the largest reducible error that is left is not told: a model that misses so much on
+/// one joint cannot tell so little on another.
+const BESIDE: f64 = 0.005;
+
 /// Least size of a single parameter in units of its standard error.
 const MEASURED: f64 = 3.5;
 
@@ -76,6 +80,7 @@ impl Ladder {
     fn weakest(&self) -> Result<Option<usize>> {
         let mut weakest: Option<(usize, f64)> = None;
         let x = self.present.fit(&self.data.tau);
+        let least = BESIDE * self.excess().into_iter().fold(0.0, f64::max);
         for (place, rung) in self.rungs.iter().enumerate() {
             let part = rung.part;
             if self.events.contains(&part) || self.is_common(part) {
@@ -83,7 +88,8 @@ impl Ladder {
             }
             let (score, usefulness) = self.without(part)?;
             let passes = |s: &Score| self.passes(self.parts.joint(part), usefulness, s);
-            let needed = score.as_ref().is_some_and(passes) && self.is_measured(part, &x);
+            let needed =
+                score.as_ref().is_some_and(passes) && usefulness >= least && self.is_measured(part, &x);
             let z = score.map_or(0.0, |s| s.z);
             if !needed && weakest.is_none_or(|(_, least)| z < least) {
                 weakest = Some((place, z));

@@ -104,7 +104,7 @@ impl Default for Limits {
             z_without_best: 3.0,
             most_in_one_second: 0.6,
             tie_gain: 0.75,
-            most_z: 6.2,
+            most_z: 5.8,
             sign_flips: 40,
             steps: 40,
             formula: (6.0, 0.35),
