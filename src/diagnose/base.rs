@@ -26,6 +26,8 @@ pub(super) struct Base {
     /// What fitting the numbers of the robot file again explains in held-out data, when they were compared as
     /// they are.
     pub refit: Option<Refit>,
+    /// Width of the smoothed sign of each joint [rad/s].
+    pub widths: Vec<f64>,
 }
 
 /// The given numbers, fitted again.
@@ -44,7 +46,14 @@ impl Base {
         let x = ladder.present.fit(&ladder.data.tau);
         let (model, x) = ladder.parts.model(&ladder.data.robot, &x)?;
         let names = model.columns.iter().map(|c| (c.expression.clone(), c.about.unit)).collect();
-        let mut base = Self { effects, x, residual: ladder.response.residual.clone(), names, refit: None };
+        let mut base = Self {
+            effects,
+            x,
+            residual: ladder.response.residual.clone(),
+            names,
+            widths: ladder.parts.widths.clone(),
+            refit: None,
+        };
         if given && let Some(numbers) = &model.base {
             base.x = numbers.coefficients(&ladder.data.robot.inertial_parameters()?);
             base.residual = unfitted(ladder, &base.x);

@@ -94,7 +94,7 @@ impl Telling<'_> {
             position_cutoff_hz: report.and_then(|r| r.position_cutoff_hz),
             friction_cutoff_hz: report.and_then(|r| r.friction_cutoff_hz),
             source_of_friction_velocity: report.and_then(|r| r.source_of_friction_velocity),
-            sign_width: self.ladder.parts.widths.clone(),
+            sign_width: self.base.widths.clone(),
             trim_s: self.chosen.settings.trim_s,
             rows_used: self.ladder.data.count(),
             rows_dropped: dropped,
