@@ -3,6 +3,7 @@
 use super::ladder::{Ladder, PLAIN, Scored};
 use super::present::Response;
 use super::score::{Score, long_run_variance};
+use crate::effects::Effect;
 use crate::error::Result;
 
 /// The same effect is added on other joints at once when it is at least this useful beside the first.
@@ -59,17 +60,21 @@ impl Ladder {
         Ok(simplest)
     }
 
+    /// The effect of a candidate with the numbers that it would get.
+    fn numbers_of(&self, scored: &Scored) -> Result<(&dyn Effect, Vec<f64>)> {
+        let effect = self.candidates[scored.candidate].alternatives[scored.score.alternative].as_ref();
+        Ok((effect, self.values(effect)?))
+    }
+
     /// Whether the numbers that a candidate would get are odd for what it is, or impossible.
     fn is_odd(&self, scored: &Scored) -> Result<bool> {
-        let effect = &self.candidates[scored.candidate].alternatives[scored.score.alternative];
-        let values = self.values(effect.as_ref())?;
+        let (effect, values) = self.numbers_of(scored)?;
         Ok(effect.odd(&values).or_else(|| effect.implausible(&values)).is_some())
     }
 
     /// Whether the numbers that a candidate would get cannot be.
     fn is_impossible(&self, scored: &Scored) -> bool {
-        let effect = &self.candidates[scored.candidate].alternatives[scored.score.alternative];
-        self.values(effect.as_ref()).is_ok_and(|values| effect.implausible(&values).is_some())
+        self.numbers_of(scored).is_ok_and(|(effect, values)| effect.implausible(&values).is_some())
     }
 
     /// Whether data cannot tell `other` from `best`: same joint, nearly the gain, and a difference of

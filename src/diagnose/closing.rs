@@ -274,8 +274,7 @@ impl Ladder {
         for part in drifts {
             let identity = self.parts.get(part).identity.clone();
             self.dropped.extend([identity.clone(), identity]);
-            self.rungs.retain(|r| r.part != part);
-            self.parts.remove(part);
+            self.take_out(part);
             self.refit()?;
         }
         Ok(())

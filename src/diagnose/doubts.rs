@@ -113,8 +113,7 @@ pub(super) fn drop_artefacts(ladder: &mut Ladder, smoother: Data) -> Result<bool
             let identity = ladder.parts.get(part).identity.clone();
             let reason = format!("disappears (z {z:.1}) when positions are filtered at half the cut-off");
             ladder.refused.push(Refusal { identity, reason });
-            ladder.rungs.retain(|r| r.part != part);
-            ladder.parts.remove(part);
+            ladder.take_out(part);
             dropped = true;
         }
     }

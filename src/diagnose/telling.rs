@@ -21,6 +21,7 @@ use crate::report::finite;
 const MINOR: [f64; 2] = [0.05, 0.01];
 /// Unless this part of the whole robot's squared error, in N m, would come back without them.
 const POOLED: f64 = 0.05;
+
 /// An effect that the user asked to add.
 pub(super) struct Added {
     pub name: String,

@@ -58,13 +58,12 @@ pub(super) fn clean(log: &Log, max_gap_s: f64, stand_s: f64) -> Result<Cleaned> 
     drop("out of order", fresh.len() - ordered.len() - repeats);
 
     let parts: Vec<&[usize]> = ordered.chunk_by(|&a, &b| log.t[b] - log.t[a] <= max_gap).collect();
-    let motion = |part: &[usize]| in_motion(log, part, stand_s).len();
-    let longest = parts.iter().enumerate().rev().max_by_key(|(_, part)| motion(part)).map_or(0, |(i, _)| i);
-    let rows = parts.get(longest).map_or_else(Vec::new, |part| part.to_vec());
-    drop("outside the longest stretch", ordered.len() - rows.len());
-    let moving = in_motion(log, &rows, stand_s);
-    drop("standing still at the ends", rows.len() - moving.len());
-    let rows = rows[moving].to_vec();
+    let moving: Vec<&[usize]> = parts.iter().map(|part| &part[in_motion(log, part, stand_s)]).collect();
+    let longest = moving.iter().enumerate().rev().max_by_key(|(_, rows)| rows.len()).map_or(0, |(i, _)| i);
+    let whole = parts.get(longest).map_or(0, |part| part.len());
+    let rows = moving.get(longest).map_or_else(Vec::new, |rows| rows.to_vec());
+    drop("outside the longest stretch", ordered.len() - whole);
+    drop("standing still at the ends", whole - rows.len());
     if rows.len() < 3 {
         let what = format!("{} of {} rows can be used, which is no motion", rows.len(), log.rows());
         return Err(Error::new(what)
