@@ -122,9 +122,10 @@ function alarm(error) {
   const holder = document.getElementById("alarm");
   if (error === null) return holder.replaceChildren();
   if (!(error instanceof Refused)) throw error;
-  const help = error.status === 403 ? "open the address that the program prints when it starts"
-    : `nothing that was finished is lost: start it again with lacuna workbench --resume ${study.state?.folder ?? "FOLDER"} and open the address it prints`;
-  return renew(holder, h("p", {}, h("b", {}, error.text), " – ", error.help ?? help, " ", button("try again", refresh)));
+  const again = `nothing that was finished is lost: start it again with lacuna workbench --resume ${study.state?.folder ?? "FOLDER"} and open the address it prints`;
+  // Whoever notices first that the program is gone, a question or the stream of events, says the same.
+  const help = error.status === 0 ? again : error.help ?? (error.status === 403 ? "open the address that the program prints when it starts" : again);
+  return renew(holder, h("p", {}, h("b", {}, error.text), " – ", help, " ", button("try again", refresh)));
 }
 
 function start() {
