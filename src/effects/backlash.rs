@@ -1,10 +1,13 @@
 use serde::{Deserialize, Serialize};
 
-use super::derivative::{along_shift, concerned};
+use super::derivative::{along_shift, concerned, jump};
 use super::parts::{beyond, positive};
 use super::{About, Columns, Effect, Joints, Shape, Stretch, Term};
 use crate::error::Result;
 use crate::robot::Robot;
+
+/// Below this the torque of a motion counts for the side on which the teeth touch \[Hz\].
+const SLOW_HZ: f64 = 3.0;
 
 /// Play between motor, where the position is measured, and link (the hysteresis-free limit of the models in
 /// Nordin and Gutman 2002).
@@ -59,8 +62,7 @@ impl Effect for Backlash {
     fn columns(&self, at: &Stretch<'_>, out: &mut Columns<'_>) -> Result<()> {
         let model = at.model_torque()?;
         for (term, loose) in self.joints.indices(at.robot)?.into_iter().enumerate() {
-            let side: Vec<f64> =
-                model.rigid[loose].iter().map(|tau| 0.5 * libm::tanh(tau / self.closing)).collect();
+            let side = jump(at, &model.rigid[loose], SLOW_HZ, |tau| 0.5 * libm::tanh(tau / self.closing));
             let change = along_shift(at, model, loose, &side);
             for joint in concerned(at.robot, loose) {
                 out.column(term, joint, |slot| {

@@ -5,11 +5,13 @@ use std::ops::Range;
 use super::Stretch;
 use crate::kernels::{Direction, torque_derivative_batch};
 use crate::robot::Robot;
-use crate::signals::{ModelTorque, central_difference};
+use crate::signals::{ModelTorque, ZeroPhase, central_difference};
 
 /// Samples on both sides of a stretch that its differences need; more than enough for second ones that are
 /// one-sided at the ends of the run.
 const MARGIN: usize = 8;
+/// Order of the low-pass that leaves the slow part of a torque.
+const SLOW_ORDER: usize = 2;
 
 /// First and second time derivative of `column`, which covers the whole run, over `range`.
 pub(super) fn time_derivatives(column: &[f64], dt: f64, range: Range<usize>) -> [Vec<f64>; 2] {
@@ -18,6 +20,39 @@ pub(super) fn time_derivatives(column: &[f64], dt: f64, range: Range<usize>) -> 
     let first = central_difference(&column[wide], dt);
     let second = central_difference(&first, dt);
     [first[inner.clone()].to_vec(), second[inner].to_vec()]
+}
+
+/// Periods of a low-pass's cut-off after which nothing is left of a disturbance that matters here (of order 4:
+/// exp(-0.38 2 pi 10), some 4e-11 of it).
+const FADED: f64 = 10.0;
+
+/// `wanted` and as many samples on both sides as `filter` needs to be right there, of a run of `samples`.
+fn around(wanted: &Range<usize>, filter: &ZeroPhase, dt: f64, samples: usize) -> Range<usize> {
+    let reach = (FADED / (filter.cutoff_hz() * dt)).ceil() as usize;
+    wanted.start.saturating_sub(reach)..(wanted.end + reach).min(samples)
+}
+
+/// A displacement of a joint that jumps with the torque it carries, as the measured motion has it: `shift` of the
+/// torque, sent through the filter that the positions of the log went through before they were differentiated.
+/// Covers the run, and is right over the stretch.
+///
+/// The measured motion has the jump in it, so a torque computed from it swings to and fro where it changes sign, and
+/// would cross zero several times. Its slow part, below `slow_hz`, does not: the area under the swing is zero.
+pub(super) fn jump(at: &Stretch<'_>, torque: &[f64], slow_hz: f64, shift: impl Fn(f64) -> f64) -> Vec<f64> {
+    let (dt, samples) = (at.run.dt, at.run.samples());
+    let mut seen = vec![0.0; samples];
+    let own = at.range.start.saturating_sub(MARGIN)..(at.range.end + MARGIN).min(samples);
+    let wide = at.run.motion_filter.as_ref().map_or(own.clone(), |f| around(&own, f, dt, samples));
+    let mut slow = torque.to_vec();
+    if let Ok(filter) = ZeroPhase::butterworth(SLOW_ORDER, slow_hz, dt) {
+        let wider = around(&wide, &filter, dt, samples);
+        filter.apply(&mut slow[wider]);
+    }
+    seen[wide.clone()].iter_mut().zip(&slow[wide.clone()]).for_each(|(y, tau)| *y = shift(*tau));
+    if let Some(filter) = &at.run.motion_filter {
+        filter.apply(&mut seen[wide]);
+    }
+    seen
 }
 
 /// Change of all joint torques per unit of a displacement of `joint` that is `shift[k]` at sample `k` of the

@@ -75,6 +75,9 @@ pub struct Run {
     /// Velocities for columns with a sign or a step at rest, where they were filtered less than `dq`
     /// ([`Settings::friction_cutoff_hz`]) [rad/s, m/s]; empty otherwise.
     pub friction_dq: Vec<Vec<f64>>,
+    /// What positions went through before they were differentiated, where that can be told of the samples at hand
+    /// ([`Mode::Parallel`]); an effect that displaces what is measured sends the displacement through the same.
+    pub motion_filter: Option<ZeroPhase>,
     /// What the model at hand makes of this run; put here by a fit of effects that depend on it.
     pub model: Option<Arc<ModelTorque>>,
 }

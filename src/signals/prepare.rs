@@ -70,6 +70,7 @@ pub fn prepare(log: &Log, settings: &Settings) -> Result<(Run, SignalReport)> {
         channels,
         friction_dq,
         row_filter: None,
+        motion_filter: None,
         model: None,
     };
     check_size(&run)?;
@@ -150,6 +151,7 @@ impl Design {
     /// Trims and decimates now, or leaves that to the rows.
     fn finish(self, mut run: Run, mode: Mode) -> Run {
         if mode == Mode::Parallel {
+            run.motion_filter = self.motion;
             run.row_filter = Some(RowFilter { filter: self.band, range: self.range, every: self.every });
             return run;
         }
