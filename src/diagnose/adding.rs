@@ -89,11 +89,16 @@ impl Ladder {
 
     /// Linear parameters of `effect` fitted to all data together with the model at hand.
     pub fn values(&self, effect: &dyn Effect) -> Result<Vec<f64>> {
+        let (count, together) = self.together_with(effect)?;
+        Ok(together.fit(&self.data.tau)[..count].to_vec())
+    }
+
+    /// Number of columns of `effect`, and the model at hand with these before its own.
+    pub fn together_with(&self, effect: &dyn Effect) -> Result<(usize, Present)> {
         let own: Vec<Arc<Column>> = self.data.candidate_columns(effect)?.into_iter().map(Arc::new).collect();
         let count = own.len();
         let mut columns = self.parts.columns();
         columns.columns.splice(0..0, own);
-        let together = Present::with_weights(&self.data, columns, &self.present.weights);
-        Ok(together.fit(&self.data.tau)[..count].to_vec())
+        Ok((count, Present::with_weights(&self.data, columns, &self.present.weights)))
     }
 }

@@ -35,7 +35,7 @@ pub(super) fn add(ladder: &mut Ladder, wanted: &[(String, Option<String>)]) -> R
             parts.extend(ladder.try_add(candidate, score.alternative)?);
         }
         ladder.refit()?;
-        added.push(Added::now(ladder, name, &parts));
+        added.push(Added::now(ladder, name, index, &parts));
     }
     Ok(added)
 }

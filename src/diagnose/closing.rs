@@ -1,9 +1,10 @@
 //! When a known effect does not close the case: the unknown beside it.
 
 use super::answer::Unexplained;
+use super::data::Data;
 use super::ladder::{Ladder, Rung, Scored};
-use super::parts::Part;
-use super::present::rms;
+use super::parts::{Part, upright};
+use super::present::{Present, rms, square_sum};
 use super::refine;
 use super::score::Score;
 use super::unknown::{Dependence, Proposal, Search};
@@ -23,8 +24,11 @@ const OF_TWO: f64 = 3.0;
 const POOR: f64 = 0.6;
 /// A joint whose squared error is this many squared floors when the search ends lacks something, whatever it follows.
 const FAR: f64 = 15.0;
-/// Unless it is less than this part of the joint's torque.
-const MATTERS: f64 = 0.02;
+/// Unless it is less than this part of the joint's torque, where it follows a variable and where it follows none.
+const MATTERS: f64 = 0.003;
+const MATTERS_WITHOUT: f64 = 0.02;
+/// Part of a formula's held-out gain on its joint that it has to have in sample.
+const IN_SAMPLE: f64 = 0.5;
 /// Replicates that show what chance does.
 const REPLICATES: usize = 19;
 /// A formula must leave less than this part of what the named effect leaves.
@@ -87,6 +91,16 @@ pub(super) enum Found {
     Variable(Unknown),
 }
 
+impl Found {
+    /// Index of its joint.
+    fn joint(&self, data: &Data) -> Option<usize> {
+        match self {
+            Self::Formula(proposal, _) => data.robot.joint_index(&proposal.formula.joint),
+            Self::Variable(unknown) => Some(unknown.joint),
+        }
+    }
+}
+
 impl Ladder {
     /// Reducible squared error of each joint in units of its floor.
     pub fn excess(&self) -> Vec<f64> {
@@ -104,8 +118,9 @@ impl Ladder {
     /// What is left of a joint's reducible error with a held-out effect added, in units of its floor.
     fn left_with(&self, joint: usize, score: &Score) -> f64 {
         let f = self.floor.rms[joint];
-        let square = rms(&self.response.residual[joint]).powi(2);
-        (square - score.gain_of_joint[joint] / self.data.count() as f64) / (f * f) - 1.0
+        let residual = &self.response.residual[joint];
+        let left = 1.0 - score.gain_of_joint[joint] / square_sum(residual).max(1e-300);
+        left * rms(residual).powi(2) / (f * f) - 1.0
     }
 
     /// The search for what a joint's error depends on, beside the model at hand.
@@ -153,6 +168,9 @@ impl Ladder {
             && let Some(proposal) = formula
             && self.formula_wins(&proposal, worst, &own)
         {
+            if !self.shows_in_sample(&proposal, worst)? {
+                return Ok(None);
+            }
             let nearest = self.nearest(worst, &own);
             return Ok(Some(Found::Formula(Box::new(proposal), nearest)));
         }
@@ -210,6 +228,18 @@ impl Ladder {
         })
     }
 
+    /// Whether a formula explains the error of a fit to all data too. What only helps to predict held-out blocks makes up
+    /// for a fit that says little where these lie.
+    fn shows_in_sample(&self, proposal: &Proposal, joint: usize) -> Result<bool> {
+        let effect = refine::shapes(&self.data, &self.present, proposal.formula.boxed())?;
+        let left = |present: &Present| {
+            let tau = &self.data.tau;
+            square_sum(&present.residual_of(tau, &present.fit(tau))[joint])
+        };
+        let gain = left(&self.present) - left(&self.together_with(effect.as_ref())?.1);
+        Ok(gain >= IN_SAMPLE * proposal.score.gain_of_joint[joint])
+    }
+
     /// The named effect of the joint that explains most, and the part of the error it leaves.
     fn nearest(&self, joint: usize, own: &[&Scored]) -> Option<(String, f64)> {
         let best = own.iter().max_by(|a, b| a.usefulness.total_cmp(&b.usefulness))?;
@@ -219,6 +249,14 @@ impl Ladder {
 
     /// Adds a formula to the model, or notes a variable; answers whether anything changed.
     pub fn add_unknown(&mut self, found: Found, say: &mut dyn FnMut(&str)) -> Result<bool> {
+        // A leaning base shows where the first link has its mass: that first, which has a name.
+        if found.joint(&self.data) == upright(&self.data)
+            && self.parts.has_tilt()
+            && self.parts.allow_for_lean(&self.data)?
+        {
+            self.refit()?;
+            return Ok(true);
+        }
         let (proposal, nearest) = match found {
             Found::Variable(unknown) => {
                 let joint = self.data.robot.joints[unknown.joint].name.clone();
@@ -295,28 +333,32 @@ impl Ladder {
         }
         for joint in 0..self.data.dof() {
             let untold = self.unknown.iter().all(|u| u.joint != joint);
-            if let Some(floors) = self.far_above_floor(joint).filter(|_| untold) {
+            if let Some((floors, of_torque)) = self.far_above_floor(joint).filter(|_| untold) {
                 let (z, part) = self.limits.variable;
                 let strongest = self.search_on(joint).dependences().into_iter().next();
                 let strongest = strongest.filter(|d| d.score.z >= z && d.part >= part);
-                self.unknown.push(match strongest {
-                    Some(found) => Unknown::variable(joint, &found),
-                    None => Unknown::without_variable(joint, floors),
-                });
+                match strongest {
+                    Some(found) => self.unknown.push(Unknown::variable(joint, &found)),
+                    None if of_torque >= MATTERS_WITHOUT => {
+                        self.unknown.push(Unknown::without_variable(joint, floors));
+                    }
+                    None => {}
+                }
             }
         }
     }
 
-    /// How many times its floor a joint's error is, where that is much and matters beside its torque. Rows near rest are
+    /// How many times its floor a joint's error is, where that is much, and its part of the joint's torque. Rows near rest are
     /// left out: a sign that is a little too sharp or too soft leaves something there.
-    fn far_above_floor(&self, joint: usize) -> Option<f64> {
+    fn far_above_floor(&self, joint: usize) -> Option<(f64, f64)> {
         if self.data.still[joint] || self.data.silent[joint] {
             return None;
         }
         let rows = self.response.residual[joint].iter().zip(&self.data.resting[joint]);
         let moving: Vec<f64> = rows.filter(|(_, resting)| !**resting).map(|(r, _)| *r).collect();
         let floors = rms(&moving) / self.floor.rms[joint];
-        (floors * floors >= FAR && rms(&moving) >= MATTERS * rms(&self.data.tau[joint])).then_some(floors)
+        let of_torque = rms(&moving) / rms(&self.data.tau[joint]).max(1e-12);
+        (floors * floors >= FAR && of_torque >= MATTERS).then_some((floors, of_torque))
     }
 
     /// Whether something is said of a joint that has no name.

@@ -61,8 +61,10 @@ pub(super) struct Data {
     pub folds: Folds,
     /// Rows of each fold, as contiguous ranges.
     pub fold_ranges: Vec<Vec<Range<usize>>>,
-    /// Torque rows of each joint.
+    /// Torque rows of each joint; those that are left out are zero.
     pub tau: Vec<Vec<f64>>,
+    /// Rows of each joint that are not left out.
+    pub counted: Vec<f64>,
     /// Runs in which candidates exist; the others are the reference (two-log mode).
     pub changed: Vec<bool>,
     /// Joints that never move.
@@ -76,17 +78,29 @@ pub(super) struct Data {
 impl Data {
     pub fn new(robot: &Robot, runs: Vec<Run>, folds: Folds) -> Result<Self> {
         let rows: Vec<Rows> = runs.iter().map(Run::rows).collect();
-        let joined = |tau: fn(&Run) -> &Vec<Vec<f64>>, joint: usize| -> Vec<f64> {
-            runs.iter().flat_map(|run| run.to_rows(&tau(run)[joint]).into_owned()).collect()
+        let joined = |joint: usize| -> Vec<f64> {
+            let of = |run: &Run| {
+                let mut rows = run.to_rows(&run.tau[joint]).into_owned();
+                run.leave_out(joint, 0, &mut rows);
+                rows
+            };
+            runs.iter().flat_map(of).collect()
         };
         if let Some(run) = runs.iter().find(|run| run.tau.is_empty()) {
             return Err(Error::new(format!("{}: the log has no torque to explain", run.name))
                 .help("log tau1..taun, or map currents to torque with a column map"));
         }
-        let tau: Vec<Vec<f64>> = (0..robot.dof()).map(|joint| joined(|run| &run.tau, joint)).collect();
+        let tau: Vec<Vec<f64>> = (0..robot.dof()).map(joined).collect();
         let still =
             (0..robot.dof()).map(|joint| runs.iter().all(|run| travel(&run.q[joint]) < STILL)).collect();
         let silent = tau.iter().map(|rows| rows.iter().all(|x| x.abs() <= 0.0)).collect();
+        let left_out = |run: &Run, joint: usize| {
+            let unusable = run.unusable.get(joint).filter(|_| run.leaves_out);
+            unusable.map_or(0, |s| s.iter().filter(|out| **out).count())
+        };
+        let all: usize = rows.iter().map(|r| r.count).sum();
+        let counted = |joint| all - runs.iter().map(|run| left_out(run, joint)).sum::<usize>();
+        let counted = (0..robot.dof()).map(|joint| counted(joint).max(1) as f64).collect();
         let fold_ranges = (0..folds.count).map(|fold| ranges_of(&folds.fold, fold)).collect();
         let changed = vec![true; runs.len()];
         let mut data = Self {
@@ -98,6 +112,7 @@ impl Data {
             folds,
             fold_ranges,
             tau,
+            counted,
             changed,
             still,
             silent,
@@ -182,7 +197,7 @@ impl Data {
         let mut columns: Vec<Vec<Column>> = effects.iter().map(empty).collect::<Result<_>>()?;
         let mut done = 0;
         for (run, pieces) in self.runs.iter().zip(&self.pieces) {
-            let mut scratch = None;
+            let (mut scratch, mut first) = (None, 0);
             for piece in pieces {
                 let range = piece.samples.clone();
                 let at = Stretch { robot: &self.robot, chain: &self.chain, run, range };
@@ -197,12 +212,12 @@ impl Data {
                 }
                 queue.let_through(&mut columns);
                 done += piece.rows;
-                // What an effect says nothing of is zero.
-                columns
-                    .iter_mut()
-                    .flatten()
-                    .flat_map(|c| &mut c.parts)
-                    .for_each(|(_, y)| y.resize(done, 0.0));
+                // What an effect says nothing of is zero, and so are rows that are left out.
+                for (joint, y) in columns.iter_mut().flatten().flat_map(|c| &mut c.parts) {
+                    y.resize(done, 0.0);
+                    run.leave_out(*joint, first, &mut y[done - piece.rows..]);
+                }
+                first += piece.rows;
             }
         }
         Ok(columns)
@@ -226,6 +241,15 @@ impl Data {
             columns.iter_mut().flatten().for_each(|column| column.keep_only(&keep));
         }
         Ok(columns)
+    }
+
+    /// A column of one joint that a function fills at every sample of each run.
+    pub fn column_of(&self, joint: usize, fill: impl Fn(&Run, &mut [f64])) -> Column {
+        let mut rows = self.rows_of(fill);
+        for (run, range) in self.runs.iter().zip(self.run_ranges()) {
+            run.leave_out(joint, 0, &mut rows[range]);
+        }
+        Column::of(joint, rows)
     }
 
     /// Rows of a column that a function fills at every sample of each run.

@@ -71,10 +71,13 @@ fn separating_motion(a: &str, b: &str) -> &'static str {
     }
 }
 
-/// Why a delay is no physics: it is shorter than the clock of the log can tell.
+/// Why a delay of the whole robot is no physics: it is shorter than the clock of the log can tell. A delay of one joint
+/// against the others is no clock's doing.
 pub(super) fn of_the_clock(effect: &dyn Effect, values: &[f64], data: &Data) -> Option<String> {
     let dt = data.runs.first().map_or(0.0, |run| run.dt);
-    let short = effect.about().name == "time_delay" && values.iter().all(|s| s.abs() < OF_A_SAMPLE * dt);
+    let whole = effect.terms(&data.robot).is_ok_and(|t| t.iter().all(|t| t.joints.len() == data.dof()));
+    let short =
+        whole && effect.about().name == "time_delay" && values.iter().all(|s| s.abs() < OF_A_SAMPLE * dt);
     let milliseconds = 1e3 * values.first().copied().unwrap_or(0.0);
     short.then(|| format!("{milliseconds:.2} ms is a small part of the sampling time: the clock's doing"))
 }

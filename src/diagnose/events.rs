@@ -210,7 +210,7 @@ impl<'a> Here<'a> {
 
     /// What a disturbance of a single joint's torque would remove over the same window, at most.
     fn one_joint(&self) -> f64 {
-        let of = |joint| self.fitted(&[Arc::new(Column::of(joint, vec![1.0; self.data.count()]))]);
+        let of = |joint| self.fitted(&[Arc::new(self.data.column_of(joint, |_, out| out.fill(1.0)))]);
         (0..self.data.dof()).filter_map(of).map(|(_, gain)| gain).fold(0.0, f64::max)
     }
 
@@ -322,14 +322,13 @@ fn autocorrelation(data: &Data, residual: &[Vec<f64>], window: &Range<usize>) ->
 
 /// Part of all reducible error, in units of the noise floors, that a contact removes.
 fn removed(data: &Data, floor: &Floor, before: &[Vec<f64>], after: &[Vec<f64>]) -> f64 {
-    let n = data.count() as f64;
     let (mut gain, mut excess) = (0.0, 0.0);
     let counts = |joint: &usize| !data.silent[*joint] && !data.still[*joint];
     for joint in (0..data.dof()).filter(counts) {
         let floor = floor.rms[joint];
         let square = |r: &[f64]| r.iter().map(|x| x * x).sum::<f64>() / (floor * floor);
         gain += square(&before[joint]) - square(&after[joint]);
-        excess += (square(&before[joint]) - n).max(0.0);
+        excess += (square(&before[joint]) - data.counted[joint]).max(0.0);
     }
     if excess > 0.0 { gain / excess } else { 0.0 }
 }

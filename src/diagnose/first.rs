@@ -30,7 +30,7 @@ impl Telling<'_> {
     /// The effect that explains most of a joint's reducible error, where it explains enough of it.
     fn cause(&self, joint: usize, excess: f64) -> Option<String> {
         let floor = self.ladder.floor.rms[joint];
-        let n = self.ladder.data.count() as f64;
+        let n = self.ladder.data.counted[joint];
         let of = |score: &Score| score.gain_of_joint[joint] / (floor * floor * n);
         let found =
             self.ladder.rungs.iter().filter(|r| self.ladder.parts.joint(r.part).is_none_or(|j| j == joint));

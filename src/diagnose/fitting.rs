@@ -8,7 +8,7 @@ use super::entry::{Request, bare};
 use super::ladder::Ladder;
 use super::pictures::{self, RANKED};
 use super::present::rms;
-use super::signals::{Chosen, WIDTHS};
+use super::signals::{Chosen, WIDTHS, one_prepared};
 use super::unseen::{fitted, unseen_runs};
 use super::{asked, poor};
 
@@ -19,7 +19,7 @@ use crate::model_file::ModelFile;
 use crate::predict::{predict, prediction_errors};
 use crate::report::finite;
 use crate::report::pictures::{Pictures, Ranked, Role, Trace};
-use crate::signals::{Run, Settings, prepare};
+use crate::signals::{Run, Settings};
 
 /// Candidates whose columns are held at the same time for a ranking.
 const AT_ONCE: usize = 32;
@@ -78,7 +78,7 @@ impl Fitting {
         let mut logs = std::mem::take(&mut request.logs);
         poor::silence(&mut logs);
         // One log after the other is let go: of long ones there is no room for two copies.
-        let prepared = logs.into_iter().map(|log| prepare(&log, &request.settings));
+        let prepared = logs.into_iter().map(|log| one_prepared(&log, &request.settings));
         let (runs, reports): (Vec<Run>, Vec<_>) = prepared.collect::<Result<Vec<_>>>()?.into_iter().unzip();
         let folds = (request.folds)(&runs)?;
         let usual = || vec![WIDTHS[0]; request.robot.dof()];

@@ -5,13 +5,15 @@ use rayon::prelude::*;
 use super::Limits;
 use super::candidates::Candidate;
 use super::ladder::Ladder;
-use super::present::rms;
+use super::present::square_sum;
 use super::score::Score;
 use crate::effects::TimeDelay;
 use crate::random::Stream;
 
-/// Most that rows at rest may bring of the gain of a joint's delay.
+/// Most that rows at rest may bring of the gain of a joint's delay, unless it takes at least so much of the joint's
+/// held-out squared error: what is late by its Coulomb friction mostly shows where that turns round.
 const OF_A_DELAY: f64 = 0.5;
+const MOST_OF_A_JOINT: f64 = 0.5;
 /// And of anything else, unless it passes its threshold this many times.
 const MOST_AT_REST: f64 = 0.75;
 const BEYOND_DOUBT: f64 = 1.4;
@@ -53,8 +55,7 @@ impl Ladder {
 
     /// The largest part of a joint's held-out squared error that a score removes.
     fn part_of_joint(&self, score: &Score) -> f64 {
-        let n = self.data.count() as f64;
-        let part = |(gain, r): (&f64, &Vec<f64>)| gain / (rms(r).powi(2) * n).max(1e-300);
+        let part = |(gain, r): (&f64, &Vec<f64>)| gain / square_sum(r).max(1e-300);
         score.gain_of_joint.iter().zip(&self.response.residual).map(part).fold(0.0, f64::max)
     }
 
@@ -65,10 +66,12 @@ impl Ladder {
         if candidate.joint.is_none() && !delay {
             return true;
         }
+        let beyond_doubt = score.z >= BEYOND_DOUBT * self.gates.of(candidate.joint);
         if candidate.joint.is_some() && delay {
-            return score.at_rest <= OF_A_DELAY;
+            return score.at_rest <= OF_A_DELAY
+                || (beyond_doubt && self.part_of_joint(score) >= MOST_OF_A_JOINT);
         }
-        score.at_rest <= MOST_AT_REST || score.z >= BEYOND_DOUBT * self.gates.of(candidate.joint)
+        score.at_rest <= MOST_AT_REST || beyond_doubt
     }
 
     /// Everything that is asked of a score beside its significance.

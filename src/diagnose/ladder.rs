@@ -197,11 +197,11 @@ impl Ladder {
         let part = self.parts.add(part);
         self.refit()?;
         let after = self.rms();
-        let n = self.data.count() as f64;
-        let gained = |j: usize| (before[j] * before[j] - after[j] * after[j]) * n;
+        let n = &self.data.counted;
+        let gained = |j: usize| (before[j] * before[j] - after[j] * after[j]) * n[j];
         let gain_of_joint: Vec<f64> = (0..self.data.dof()).map(gained).collect();
         let mut score = Score::of_gain(gain_of_joint, contact.f.sqrt());
-        let square: f64 = before.iter().map(|r| r * r * n).sum();
+        let square: f64 = before.iter().zip(n).map(|(r, n)| r * r * n).sum();
         score.share = score.gain_of_joint.iter().sum::<f64>() / square.max(1e-300);
         let usefulness = self.usefulness(None, &score);
         self.events.push(part);
@@ -252,8 +252,8 @@ impl Ladder {
 
     /// Gain in units of the noise floor, per sample: on the candidate's own joint, or over all joints.
     pub fn usefulness(&self, joint: Option<usize>, score: &Score) -> f64 {
-        let n = self.data.count() as f64;
-        let of = |j: usize| score.gain_of_joint[j] / (self.floor.rms[j] * self.floor.rms[j] * n);
+        let n = &self.data.counted;
+        let of = |j: usize| score.gain_of_joint[j] / (self.floor.rms[j] * self.floor.rms[j] * n[j]);
         joint.map_or_else(|| (0..self.data.dof()).map(of).sum(), of)
     }
 

@@ -15,6 +15,9 @@ use crate::log::Log;
 /// A delay below this part of a sampling time is the clock's doing, not worth a word beside physics.
 pub(super) const OF_A_SAMPLE: f64 = 0.5;
 
+/// A joint's own delay below this part of the whole robot's is what putting the torque in step leaves of that.
+const OF_THE_WHOLE: f64 = 0.3;
+
 /// Times that a delay is measured again at most, and the change that no longer matters \[s\].
 const SETTLINGS: usize = 4;
 const SETTLED: f64 = 2e-4;
@@ -89,8 +92,10 @@ impl Late {
     pub fn into_answer(self, d: &mut Diagnosis, telling: &Telling<'_>, mended: &Base) {
         let words = self.words();
         let Self { seconds, mut told } = self;
-        // What is left of it is part of the whole.
-        let other = |m: &Missing| m.effect != told.effect || !m.joints.is_empty();
+        // What is left of it is part of the whole; a filter holds fast torque back less than slow torque, so on some
+        // joints a little is always left.
+        let little = |m: &Missing| m.parameters.iter().all(|p| p.value.abs() < OF_THE_WHOLE * seconds.abs());
+        let other = |m: &Missing| m.effect != told.effect || (!m.joints.is_empty() && !little(m));
         d.missing.retain(other);
         d.minor.retain(other);
         let milliseconds = 1e3 * seconds;

@@ -265,13 +265,15 @@ impl Parts {
     pub fn columns_without(&self, parts: &[usize]) -> Columns {
         let kept = || self.live().filter(move |(k, _)| !parts.contains(k)).map(|(_, p)| p);
         let leans = kept().any(is_tilt);
-        let allowed = |n: &&Nuisance| leans || !matches!(n.of, Doubt::Lean(_));
-        let nuisances: Vec<Arc<Column>> =
-            self.nuisances.iter().filter(allowed).map(|n| n.column.clone()).collect();
+        let of_a_lean = |n: &&Nuisance| matches!(n.of, Doubt::Lean(_));
+        let held_back: Vec<Arc<Column>> =
+            self.nuisances.iter().filter(|n| !of_a_lean(n)).map(|n| n.column.clone()).collect();
+        // What a lean shows of the first link is as real as the lean, and not held back.
+        let lean = self.nuisances.iter().filter(of_a_lean).filter(|_| leans).map(|n| n.column.clone());
         let effects = kept().flat_map(|p| p.columns.iter().cloned());
         let slopes = kept().flat_map(|p| p.slopes.iter().cloned());
-        let count = nuisances.len();
-        Columns { columns: effects.chain(slopes).chain(nuisances).collect(), nuisances: count }
+        let nuisances = held_back.len();
+        Columns { columns: effects.chain(slopes).chain(lean).chain(held_back).collect(), nuisances }
     }
 
     /// Columns of one part.
@@ -321,7 +323,7 @@ impl Parts {
 }
 
 fn doubted(data: &Data, joint: usize, of: Doubt) -> Column {
-    let rows = data.rows_of(|run, out| match of {
+    data.column_of(joint, |run, out| match of {
         // A difference over a factor of four: a slope at one width is too local.
         Doubt::Width(width) => {
             for (y, v) in out.iter_mut().zip(run.friction_dq(joint)) {
@@ -332,8 +334,7 @@ fn doubted(data: &Data, joint: usize, of: Doubt) -> Column {
             let wave = [libm::sin, libm::cos][phase];
             out.iter_mut().zip(&run.q[joint]).for_each(|(y, q)| *y = wave(*q));
         }
-    });
-    Column::of(joint, rows)
+    })
 }
 
 /// The joint at the base, where it turns about the vertical: gravity does nothing to the link it carries as long as the

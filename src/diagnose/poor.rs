@@ -3,6 +3,7 @@
 use super::answer::Undecided;
 use super::data::Data;
 use crate::log::Log;
+use crate::signals::at_limit;
 
 /// What makes an answer impossible (`true`) or partial.
 pub(super) fn judge(data: &Data) -> Vec<(Undecided, bool)> {
@@ -22,6 +23,19 @@ pub(super) fn judge(data: &Data) -> Vec<(Undecided, bool)> {
         if data.still[j] {
             let reason = format!("{name} never moves: nothing is claimed on it");
             all.push((Undecided { reason, record: format!("a motion in which {name} moves too") }, false));
+        }
+        let limited = |run: &crate::signals::Run| at_limit(&run.tau[j]).iter().filter(|x| **x).count();
+        let (count, samples) = (
+            data.runs.iter().map(limited).sum::<usize>(),
+            data.runs.iter().map(crate::signals::Run::samples).sum::<usize>(),
+        );
+        if count > 0 && !data.silent[j] {
+            let reason = format!(
+                "the torque of {name} stays at its largest or smallest value in {count} of {samples} samples: a limit \
+                 of drive or sensor, not a measurement; these rows are left out"
+            );
+            let record = format!("a slower motion, which keeps {name} below its limit");
+            all.push((Undecided { reason, record }, false));
         }
         if data.silent[j] {
             let reason = format!(

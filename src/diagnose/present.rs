@@ -290,9 +290,15 @@ pub(super) fn sum(parts: &[Vec<f64>]) -> Vec<f64> {
     total
 }
 
-/// Root mean square.
+/// Root mean square of the rows that count: those that are left out are zero to the bit.
 pub(super) fn rms(x: &[f64]) -> f64 {
-    (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt()
+    let counted = x.iter().filter(|x| **x != 0.0).count();
+    (square_sum(x) / counted.max(1) as f64).sqrt()
+}
+
+/// Sum of squares.
+pub(super) fn square_sum(x: &[f64]) -> f64 {
+    x.iter().map(|x| x * x).sum()
 }
 
 fn gram(columns: &[Arc<Column>], active: &[usize], joint: usize, ranges: &[Range<usize>]) -> Vec<f64> {

@@ -12,6 +12,8 @@ use crate::signals::Settings;
 
 /// Rounds of climbing and looking back at most.
 const ROUNDS: usize = 3;
+/// Robots move below this frequency \[Hz\].
+const OF_A_MOTION: f64 = 1.5;
 
 /// Searches, and drops what is noise of the acceleration.
 pub(super) fn climb_honestly(
@@ -22,7 +24,9 @@ pub(super) fn climb_honestly(
     say: &mut dyn FnMut(&str),
 ) -> Result<()> {
     search(ladder, request, say)?;
-    if doubts::drop_artefacts(ladder, smoother(request, chosen, logs)?)? {
+    // A lower cut-off than this would take part of the motion away.
+    let halved = 0.5 * chosen.settings.position_cutoff_hz;
+    if halved >= OF_A_MOTION && doubts::drop_artefacts(ladder, filtered_at(halved, request, chosen, logs)?)? {
         ladder.look_back(say)?;
     }
     ladder.settle_ties();
@@ -71,9 +75,8 @@ fn rounds(ladder: &mut Ladder, say: &mut dyn FnMut(&str)) -> Result<()> {
     Ok(())
 }
 
-/// The same data with the position filter at half its cut-off.
-fn smoother(request: &Request<'_>, chosen: &Chosen, logs: &[Log]) -> Result<Data> {
-    let settings =
-        Settings { position_cutoff_hz: 0.5 * chosen.settings.position_cutoff_hz, ..chosen.settings.clone() };
+/// The same data with the position filter at this cut-off.
+fn filtered_at(hz: f64, request: &Request<'_>, chosen: &Chosen, logs: &[Log]) -> Result<Data> {
+    let settings = Settings { position_cutoff_hz: hz, ..chosen.settings.clone() };
     request.data(chosen, prepared(logs, &settings)?.0)
 }

@@ -11,7 +11,7 @@ use crate::robot::Robot;
 use crate::signals::{Folds, Mode, Run, Settings, SignalReport, VelocityFrom, prepare};
 
 /// Cut-offs tried for positions and velocities before they are differentiated \[Hz\].
-const POSITION_HZ: [f64; 7] = [4.0, 2.0, 3.0, 6.0, 8.0, 12.0, 1.5];
+const POSITION_HZ: [f64; 9] = [4.0, 2.0, 3.0, 6.0, 8.0, 12.0, 1.5, 20.0, 30.0];
 /// Cut-offs tried for the velocities of columns with a sign \[Hz\], beside that of the positions.
 const FRICTION_HZ: [f64; 3] = [15.0, 40.0, 100.0];
 /// Widths of the smoothed sign that the signal step may cause [rad/s]; a wider one is physics.
@@ -32,8 +32,14 @@ pub(super) struct Chosen {
 
 /// Logs through the signal step.
 pub(super) fn prepared(logs: &[Log], settings: &Settings) -> Result<(Vec<Run>, Vec<SignalReport>)> {
-    let both: Vec<_> = logs.iter().map(|log| prepare(log, settings)).collect::<Result<_>>()?;
+    let both: Vec<_> = logs.iter().map(|log| one_prepared(log, settings)).collect::<Result<_>>()?;
     Ok(both.into_iter().unzip())
+}
+
+/// A log through the signal step; where a joint stands still its rows are left out.
+pub(super) fn one_prepared(log: &Log, settings: &Settings) -> Result<(Run, SignalReport)> {
+    let (run, report) = prepare(log, settings)?;
+    Ok((Run { leaves_out: true, ..run }, report))
 }
 
 /// What is being chosen for.

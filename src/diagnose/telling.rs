@@ -25,13 +25,15 @@ const POOLED: f64 = 0.05;
 /// An effect that the user asked to add.
 pub(super) struct Added {
     pub name: String,
+    /// The joint it was asked for.
+    pub joint: Option<usize>,
     pub parts: Vec<usize>,
     pub rms: Vec<f64>,
 }
 
 impl Added {
-    pub fn now(ladder: &Ladder, name: &str, parts: &[usize]) -> Self {
-        Self { name: name.to_string(), parts: parts.to_vec(), rms: ladder.rms() }
+    pub fn now(ladder: &Ladder, name: &str, joint: Option<usize>, parts: &[usize]) -> Self {
+        Self { name: name.to_string(), joint, parts: parts.to_vec(), rms: ladder.rms() }
     }
 }
 
@@ -85,6 +87,13 @@ impl Telling<'_> {
         let mut dropped: BTreeMap<String, usize> = BTreeMap::new();
         for (reason, count) in self.chosen.reports.iter().flat_map(|r| &r.rows_dropped) {
             *dropped.entry(reason.clone()).or_default() += count;
+        }
+        let data = &self.ladder.data;
+        for (joint, counted) in data.robot.joints.iter().zip(&data.counted) {
+            let unusable = data.count() - *counted as usize;
+            if unusable > 0 {
+                dropped.insert(format!("{} stands still or at a torque limit", joint.name), unusable);
+            }
         }
         let report = self.chosen.reports.first();
         let thinned = self.chosen.reports.iter().filter_map(|r| Some((r.log.clone(), r.thinned.clone()?)));
@@ -307,10 +316,16 @@ impl Telling<'_> {
         };
         let joints = |parts: &[usize]| -> Vec<String> {
             let of = |p: &usize| self.ladder.parts.get(*p).identity.joint;
-            parts.iter().filter_map(of).map(|j| self.name(j)).collect()
+            let mut joints: Vec<usize> = parts.iter().filter_map(of).collect();
+            joints.dedup();
+            joints.into_iter().map(|j| self.name(j)).collect()
         };
         let refit = self.base.refit.as_ref().map(|r| step("rigid_body", Vec::new(), &r.after));
-        let added = self.added.iter().map(|a| step(&a.name, joints(&a.parts), &a.rms));
+        let wanted = |a: &Added| match joints(&a.parts) {
+            none if none.is_empty() => a.joint.map(|j| self.name(j)).into_iter().collect(),
+            some => some,
+        };
+        let added = self.added.iter().map(|a| step(&a.name, wanted(a), &a.rms));
         let mut all: Vec<Step> = refit.into_iter().chain(added).collect();
         if found {
             let rungs: Vec<usize> = self.ladder.rungs.iter().map(|r| r.part).collect();
@@ -371,7 +386,11 @@ fn merge(known: &mut Missing, mut entry: Missing) {
             called(p, entry.joints.first());
         }
     }
-    known.joints.extend(entry.joints);
+    for joint in entry.joints {
+        if !known.joints.contains(&joint) {
+            known.joints.push(joint);
+        }
+    }
     known.parameters.extend(entry.parameters);
     known.gain_percent += entry.gain_percent;
     known.z = known.z.max(entry.z);

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::Stretch;
 use crate::kernels::{Direction, torque_derivative_batch};
 use crate::robot::Robot;
-use crate::signals::{ModelTorque, ZeroPhase, central_difference};
+use crate::signals::{ModelTorque, ZeroPhase, smooth_derivative};
 
 /// Samples on both sides of a stretch that its differences need; more than enough for second ones that are
 /// one-sided at the ends of the run.
@@ -17,8 +17,8 @@ const SLOW_ORDER: usize = 2;
 pub(super) fn time_derivatives(column: &[f64], dt: f64, range: Range<usize>) -> [Vec<f64>; 2] {
     let wide = range.start.saturating_sub(MARGIN)..(range.end + MARGIN).min(column.len());
     let inner = range.start - wide.start..range.end - wide.start;
-    let first = central_difference(&column[wide], dt);
-    let second = central_difference(&first, dt);
+    let first = smooth_derivative(&column[wide], dt);
+    let second = smooth_derivative(&first, dt);
     [first[inner.clone()].to_vec(), second[inner].to_vec()]
 }
 

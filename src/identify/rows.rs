@@ -170,10 +170,14 @@ fn filtered(model: &Model, runs: &[Run], run: usize, range: Range<usize>, visit:
             kept = others;
             own.to_vec()
         };
-        for data in &mut block.joints {
-            *data = next(data.len() / block.stride);
+        let left_out = |joint: usize, mut columns: Vec<f64>| {
+            columns.chunks_exact_mut(rows.len()).for_each(|column| from.leave_out(joint, rows.start, column));
+            columns
+        };
+        for (joint, data) in block.joints.iter_mut().enumerate() {
+            *data = left_out(joint, next(data.len() / block.stride));
         }
-        let tau: Vec<Vec<f64>> = block.joints.iter().map(|_| next(1)).collect();
+        let tau: Vec<Vec<f64>> = (0..block.joints.len()).map(|joint| left_out(joint, next(1))).collect();
         block.stride = rows.len();
         visit(&RowView { run, rows, block: &block, offset: 0, tau: &tau, tau_offset: 0 })?;
     }

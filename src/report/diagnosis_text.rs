@@ -77,7 +77,7 @@ pub(super) fn additions(d: &Diagnosis, asked: &[&Step], name: impl Fn(&str) -> S
     let mut before = d.baseline.held_out_relative_error_percent;
     let line = |step: &&Step| {
         let after = step.held_out_relative_error_percent;
-        let refused = d.refused.iter().find(|r| r.effect == step.effect && step.joints.is_empty());
+        let refused = d.refused.iter().find(|r| r.effect == step.effect && r.joints == step.joints);
         let title = effect_on(&name(&step.effect), &step.joints);
         let line = match refused {
             Some(refused) => format!("not added: {title}: {}", refused.reason),

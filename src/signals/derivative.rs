@@ -18,9 +18,36 @@ pub fn central_difference(x: &[f64], dt: f64) -> Vec<f64> {
     slope
 }
 
+/// Derivative of uniformly sampled, smooth `x` [1/s times its unit], exact to the fourth order: five points inside,
+/// [`central_difference`] for the two samples at each end. At an eighth of the sampling rate it is 1 % low where the
+/// central difference is 10 % low, which twice over looks like a joint that yields.
+pub(crate) fn smooth_derivative(x: &[f64], dt: f64) -> Vec<f64> {
+    let mut slope = central_difference(x, dt);
+    let scale = 1.0 / (12.0 * dt);
+    for (y, w) in slope.iter_mut().skip(2).zip(x.windows(5)) {
+        *y = (8.0 * (w[3] - w[1]) - (w[4] - w[0])) * scale;
+    }
+    slope
+}
+
 #[cfg(test)]
 mod tests {
-    use super::central_difference;
+    use super::{central_difference, smooth_derivative};
+
+    #[test]
+    fn the_smooth_one_is_exact_for_a_quartic_and_ten_times_closer_on_a_fast_wave() {
+        let dt = 0.01;
+        let at = |k: usize| k as f64 * dt;
+        let quartic: Vec<f64> = (0..30).map(|k| at(k).powi(4)).collect();
+        for (k, slope) in smooth_derivative(&quartic, dt).iter().enumerate().skip(2).take(26) {
+            assert!((slope - 4.0 * at(k).powi(3)).abs() < 1e-10, "sample {k}: {slope}");
+        }
+        let wave: Vec<f64> = (0..200).map(|k| libm::sin(50.0 * at(k))).collect();
+        let error = |slope: &[f64]| {
+            (2..198).map(|k| (slope[k] - 50.0 * libm::cos(50.0 * at(k))).abs()).fold(0.0, f64::max)
+        };
+        assert!(error(&smooth_derivative(&wave, dt)) < 0.1 * error(&central_difference(&wave, dt)));
+    }
 
     #[test]
     fn is_exact_for_a_parabola_also_at_the_ends() {

@@ -23,6 +23,7 @@ mod clean;
 mod clock;
 mod derivative;
 mod filter;
+mod left_out;
 mod period;
 mod prepare;
 mod rebuild;
@@ -36,7 +37,9 @@ pub use blocks::{Folds, USUAL_BLOCK_S, USUAL_FOLDS};
 pub use clean::Segment;
 pub use clock::ClockReport;
 pub use derivative::central_difference;
+pub(crate) use derivative::smooth_derivative;
 pub use filter::ZeroPhase;
+pub(crate) use left_out::at_limit;
 pub use period::detect_period;
 pub use prepare::prepare;
 pub use report::{SignalReport, ThinnedReport};
@@ -78,6 +81,11 @@ pub struct Run {
     /// What positions went through before they were differentiated, where that can be told of the samples at hand
     /// ([`Mode::Parallel`]); an effect that displaces what is measured sends the displacement through the same.
     pub motion_filter: Option<ZeroPhase>,
+    /// Rows that say nothing about the model of a joint, `unusable[joint][row]`: it stands still, where friction is
+    /// whatever holds it, or its torque stays at a limit. Empty for a joint without any ([`Mode::Parallel`]).
+    pub unusable: Vec<Vec<bool>>,
+    /// Whether fits leave these rows out.
+    pub leaves_out: bool,
     /// What the model at hand makes of this run; put here by a fit of effects that depend on it.
     pub model: Option<Arc<ModelTorque>>,
 }
@@ -102,6 +110,14 @@ impl Run {
     /// Velocities of joint `j` for columns with a sign or a step at rest [rad/s, m/s].
     pub fn friction_dq(&self, j: usize) -> &[f64] {
         self.friction_dq.get(j).unwrap_or(&self.dq[j])
+    }
+
+    /// Sets rows of joint `j`, the first of which is `first`, to zero where they are left out of fits.
+    pub fn leave_out(&self, j: usize, first: usize, rows: &mut [f64]) {
+        let Some(unusable) = self.unusable.get(j).filter(|u| self.leaves_out && !u.is_empty()) else {
+            return;
+        };
+        rows.iter_mut().zip(&unusable[first..]).filter(|(_, out)| **out).for_each(|(y, _)| *y = 0.0);
     }
 
     /// Where the rows of a fit lie in time.

@@ -7,11 +7,13 @@ use rayon::prelude::*;
 use super::clean::Cleaned;
 use super::clock::Clock;
 use super::filter::keep_every;
+use super::left_out::unusable;
 use super::report::ThinnedReport;
 use super::resample::Grid;
 use super::thin::{is_very_long, on_clock, still_to_be};
 use super::{
     ClockReport, Mode, RowFilter, Run, Settings, SignalReport, VelocityFrom, ZeroPhase, central_difference,
+    smooth_derivative,
 };
 use crate::error::{Error, Result};
 use crate::log::Log;
@@ -40,19 +42,24 @@ pub fn prepare(log: &Log, settings: &Settings) -> Result<(Run, SignalReport)> {
     let report = report(log, settings, cleaned, &clock, &grid, &design, sources);
 
     let motion = design.motion.as_ref().unwrap_or(&design.band);
+    // The paper's way has central differences.
+    let derivative = match settings.mode {
+        Mode::Inputs => central_difference,
+        Mode::Parallel => smooth_derivative,
+    };
     let q = columns(&log.q, |c| filtered(grid.apply(c), motion));
     let dq = match logged {
         Some(dq) => columns(dq, |c| filtered(grid.apply(c), motion)),
-        None => columns(&q, |c| central_difference(c, design.dt)),
+        None => columns(&q, |c| derivative(c, design.dt)),
     };
     let friction_dq = match (&design.friction, friction_logged) {
         (None, _) => Vec::new(),
         (Some(friction), Some(dq)) => columns(dq, |c| filtered(grid.apply(c), friction)),
         (Some(friction), None) => {
-            columns(&log.q, |c| central_difference(&filtered(grid.apply(c), friction), design.dt))
+            columns(&log.q, |c| derivative(&filtered(grid.apply(c), friction), design.dt))
         }
     };
-    let ddq = columns(&dq, |c| central_difference(c, design.dt));
+    let ddq = columns(&dq, |c| derivative(c, design.dt));
     let tau = columns(&log.tau, |c| match settings.mode {
         Mode::Inputs => filtered(grid.apply(c), &design.band),
         Mode::Parallel => grid.apply(c),
@@ -71,10 +78,20 @@ pub fn prepare(log: &Log, settings: &Settings) -> Result<(Run, SignalReport)> {
         friction_dq,
         row_filter: None,
         motion_filter: None,
+        unusable: Vec::new(),
+        leaves_out: false,
         model: None,
     };
     check_size(&run)?;
-    Ok((design.finish(run, settings.mode), report))
+    let dt = design.dt;
+    let mut run = design.finish(run, settings.mode);
+    if let Some(rows) = &run.row_filter {
+        run.unusable = (0..run.q.len())
+            .into_par_iter()
+            .map(|j| unusable(&grid.apply(&log.q[j]), run.tau.get(j).map_or(&[], Vec::as_slice), dt, rows))
+            .collect();
+    }
+    Ok((run, report))
 }
 
 /// Numbers beyond this are no motion of a robot, and their squares and products overflow.

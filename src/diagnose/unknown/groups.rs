@@ -83,13 +83,13 @@ impl Search<'_> {
 
     fn columns_of(&self, variable: &Variable, functions: &[Function]) -> Vec<Arc<Column>> {
         let column = |f: &Function| {
-            let rows = self.data.rows_of(|run, out| {
+            let column = self.data.column_of(self.joint, |run, out| {
                 let (x, v) = (variable.of(run), run.friction_dq(self.joint));
                 for (k, y) in out.iter_mut().enumerate() {
                     *y = f(x.at(k), v[k]);
                 }
             });
-            Arc::new(Column::of(self.joint, rows))
+            Arc::new(column)
         };
         functions.iter().map(column).collect()
     }
@@ -103,14 +103,14 @@ impl Search<'_> {
         };
         let (first, second) = (unit(&one), unit(&two));
         let column = |own: Own, h: usize, k: usize| {
-            let rows = self.data.rows_of(|run, out| {
+            let column = self.data.column_of(self.joint, |run, out| {
                 let (x, z, v) = (one.of(run), two.of(run), run.friction_dq(self.joint));
                 for (i, y) in out.iter_mut().enumerate() {
                     let bends = hat(first(x.at(i)), h, BENDS_OF_TWO) * hat(second(z.at(i)), k, BENDS_OF_TWO);
                     *y = own_factor(own, v[i], self.width) * bends;
                 }
             });
-            Arc::new(Column::of(self.joint, rows))
+            Arc::new(column)
         };
         let places = || (0..=BENDS_OF_TWO).flat_map(|h| (0..=BENDS_OF_TWO).map(move |k| (h, k)));
         let group = |own: Own| Group {
