@@ -37,21 +37,21 @@ fn around(wanted: &Range<usize>, filter: &ZeroPhase, dt: f64, samples: usize) ->
 /// Covers the run, and is right over the stretch.
 ///
 /// The measured motion has the jump in it, so a torque computed from it swings to and fro where it changes sign, and
-/// would cross zero several times. Its slow part, below `slow_hz`, does not: the area under the swing is zero.
+/// would cross zero several times. Its slow part, below `slow_hz`, does not: the area under the swing is zero. A motion
+/// that went through no filter is no measurement, and taken as it is.
 pub(super) fn jump(at: &Stretch<'_>, torque: &[f64], slow_hz: f64, shift: impl Fn(f64) -> f64) -> Vec<f64> {
+    let Some(measured) = &at.run.motion_filter else { return torque.iter().map(|tau| shift(*tau)).collect() };
     let (dt, samples) = (at.run.dt, at.run.samples());
-    let mut seen = vec![0.0; samples];
     let own = at.range.start.saturating_sub(MARGIN)..(at.range.end + MARGIN).min(samples);
-    let wide = at.run.motion_filter.as_ref().map_or(own.clone(), |f| around(&own, f, dt, samples));
+    let wide = around(&own, measured, dt, samples);
     let mut slow = torque.to_vec();
     if let Ok(filter) = ZeroPhase::butterworth(SLOW_ORDER, slow_hz, dt) {
         let wider = around(&wide, &filter, dt, samples);
         filter.apply(&mut slow[wider]);
     }
+    let mut seen = vec![0.0; samples];
     seen[wide.clone()].iter_mut().zip(&slow[wide.clone()]).for_each(|(y, tau)| *y = shift(*tau));
-    if let Some(filter) = &at.run.motion_filter {
-        filter.apply(&mut seen[wide]);
-    }
+    measured.apply(&mut seen[wide]);
     seen
 }
 
