@@ -21,15 +21,10 @@ use crate::plant::{Controller, PlantEffect, Sensors};
 use crate::retrieval::{RetrievalEngine, Slack};
 use crate::signals::{Folds, Rows, Run, Settings};
 use crate::text;
+use crate::text::bounds::{FoldCount, Gravity, Harmonics, Percent, PoseCount, Positive, Seconds, Share};
 
-/// Most static read-outs that a scenario may ask for.
-const MOST_POSES: usize = 100_000;
 /// Most samples of a simulated run.
 const MOST_SAMPLES: f64 = 2e6;
-/// Most harmonics of a random motion.
-const MOST_HARMONICS: usize = 1000;
-/// Gravity beyond this is a slip of the pen [m/s²].
-const LARGEST_GRAVITY: f64 = 1e6;
 
 /// A study. Parts that are not given are not done.
 #[derive(Debug, Serialize, Deserialize)]
@@ -38,7 +33,7 @@ pub struct Scenario {
     /// Robot file.
     pub robot: PathBuf,
     /// Replaces the robot file's gravity [m/s², base frame].
-    #[serde(default)]
+    #[serde(default, deserialize_with = "Gravity::read")]
     pub gravity: Option<[f64; 3]>,
     /// Every random draw follows from it.
     #[serde(default = "one")]
@@ -62,7 +57,7 @@ pub struct Scenario {
     #[serde(default)]
     pub weighting: Weighting,
     /// Coefficients less certain than this [% standard deviation] are dropped; none when not given.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "Positive::read")]
     pub drop_above_percent: Option<f64>,
     /// How data are held out.
     #[serde(default)]
@@ -143,8 +138,10 @@ pub enum Poses {
         /// File of published coefficients.
         coefficients: PathBuf,
         /// Number of configurations.
+        #[serde(deserialize_with = "PoseCount::read")]
         count: usize,
         /// Noise added to every read-out, as the relative error it makes [%].
+        #[serde(deserialize_with = "Percent::read")]
         noise_percent: f64,
     },
 }
@@ -179,9 +176,10 @@ pub struct Simulated {
     /// The commanded motion.
     pub motion: Commanded,
     /// Length of the motion between run-up and run-out \[s\].
+    #[serde(deserialize_with = "Seconds::read")]
     pub duration_s: f64,
     /// Length of run-up and run-out \[s\].
-    #[serde(default = "half")]
+    #[serde(default = "half", deserialize_with = "Seconds::read")]
     pub ramp_s: f64,
     /// Physics of the plant beside its rigid links.
     #[serde(default)]
@@ -201,19 +199,11 @@ fn half() -> f64 {
 impl Simulated {
     /// Refuses what memory could not hold.
     fn check(&self) -> Result<()> {
-        let total = self.duration_s + 2.0 * self.ramp_s;
-        let reader = self.sensors.reader.as_ref().map_or(f64::INFINITY, |r| r.period_s);
-        let samples = total / self.sensors.sampling_time_s.min(reader);
+        let samples = self.sensors.rows(self.duration_s + 2.0 * self.ramp_s);
         if samples.is_nan() || samples > MOST_SAMPLES {
             return Err(Error::new(format!("`duration_s` asks for {samples:.3e} samples")).help(format!(
                 "at most {MOST_SAMPLES:.0} are simulated: shorten the motion or sample less often"
             )));
-        }
-        if let Commanded::Random { harmonics, .. } = self.motion
-            && harmonics > MOST_HARMONICS
-        {
-            return Err(Error::new(format!("`harmonics` is {harmonics}"))
-                .help(format!("5 are usual, {MOST_HARMONICS} the most")));
         }
         Ok(())
     }
@@ -232,10 +222,13 @@ pub enum Commanded {
     /// A random Fourier series within the joint limits.
     Random {
         /// Number of harmonics.
+        #[serde(deserialize_with = "Harmonics::read")]
         harmonics: usize,
         /// Period \[s\].
+        #[serde(deserialize_with = "Seconds::read")]
         period_s: f64,
         /// Part of each joint's range and speed that is used, up to 1.
+        #[serde(deserialize_with = "Share::read")]
         amplitude: f64,
     },
 }
@@ -250,15 +243,19 @@ pub enum HoldOut {
     /// Equal phases of all periods are held out together.
     SamePhase {
         /// Period of the motion \[s\].
+        #[serde(deserialize_with = "Seconds::read")]
         period_s: f64,
         /// Number of folds.
+        #[serde(deserialize_with = "FoldCount::read")]
         folds: u16,
     },
     /// Contiguous blocks, dealt out to folds in turn.
     Contiguous {
         /// Length of a block \[s\].
+        #[serde(deserialize_with = "Seconds::read")]
         block_s: f64,
         /// Number of folds.
+        #[serde(deserialize_with = "FoldCount::read")]
         folds: u16,
     },
 }
@@ -323,7 +320,7 @@ impl Scenario {
             return Err(Error::new("`effects` names none, so there is nothing to identify")
                 .help("leave `effects` out, or list at least {\"rigid_body\": ()}"));
         }
-        self.check_numbers()?;
+        self.check_objective()?;
         match &self.logs {
             Some(Logs::Files { fit, validate, .. })
                 if fit.is_empty() && (validate.is_empty() || self.poses.is_none()) =>
@@ -356,47 +353,13 @@ impl Scenario {
                     .help("give `poses`, or name a file of coefficients in `friction`"));
             }
         }
-        self.check_hold_out()
-    }
-
-    fn check_numbers(&self) -> Result<()> {
-        if self.gravity.is_some_and(|g| !g.iter().all(|x| x.abs() <= LARGEST_GRAVITY)) {
-            return Err(Error::new("`gravity` is not usable")
-                .help("give three numbers in m/s², base frame, such as (0.0, 0.0, -9.81)"));
-        }
-        if self.drop_above_percent.is_some_and(|limit| limit.is_nan() || limit <= 0.0) {
-            return Err(Error::new("`drop_above_percent` is not positive")
-                .help("30.0 is usual; leave it out to keep every coefficient"));
-        }
-        if self.intervals.is_some_and(|slack| !slack.is_usable()) {
-            return Err(Error::new("`intervals` needs a slack that is finite and not negative")
-                .help("`intervals: ()` takes a thousandth of the objective"));
-        }
-        if self.retrieve_from.is_some() && self.objective == Objective::Torque {
-            return Err(Error::new("`retrieve_from` gives coefficients, `objective: Torque` asks for none")
-                .help("leave one of the two out"));
-        }
-        let Some(Poses::ReadOut { count, noise_percent, .. }) = &self.poses else { return Ok(()) };
-        if !(1..=MOST_POSES).contains(count) {
-            return Err(Error::new(format!("`count` is {count}"))
-                .help(format!("ask for 1 to {MOST_POSES} configurations; 1000 are plenty")));
-        }
-        if !(0.0..=100.0).contains(noise_percent) {
-            return Err(Error::new(format!("`noise_percent` is {noise_percent}"))
-                .help("give 0 to 100 per cent; 0.0315 is the paper's"));
-        }
         Ok(())
     }
 
-    fn check_hold_out(&self) -> Result<()> {
-        let (seconds, folds) = match self.hold_out {
-            HoldOut::Auto => return Ok(()),
-            HoldOut::SamePhase { period_s, folds } => (period_s, folds),
-            HoldOut::Contiguous { block_s, folds } => (block_s, folds),
-        };
-        if !(seconds > 0.0 && seconds.is_finite() && (2..=1000).contains(&folds)) {
-            return Err(Error::new("`hold_out` needs a positive time and 2 to 1000 folds")
-                .help("write for example SamePhase(period_s: 10.0, folds: 8), or leave it out"));
+    fn check_objective(&self) -> Result<()> {
+        if self.retrieve_from.is_some() && self.objective == Objective::Torque {
+            return Err(Error::new("`retrieve_from` gives coefficients, `objective: Torque` asks for none")
+                .help("leave one of the two out"));
         }
         Ok(())
     }

@@ -1,8 +1,10 @@
 //! Text in and out: RON with positions, files written whole or not at all.
 
+pub(crate) mod bounds;
 mod explain;
 pub(crate) mod files;
 mod find;
+mod guard;
 pub(crate) mod names;
 
 pub use names::suggestion;
@@ -62,11 +64,12 @@ fn not_utf8(good: &[u8]) -> Error {
 /// Parses RON; errors carry line and column and list what is known there.
 ///
 /// # Errors
-/// When the text is not a `T`.
+/// When the text is not a `T`, or holds a number that is not finite or larger than any of a robot.
 pub fn from_ron<T: DeserializeOwned>(text: &str) -> Result<T> {
     if text.trim().is_empty() {
         return Err(Error::new("the file is empty").at(1, 1));
     }
+    guard::check(text)?;
     let options = ron::Options::default().with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
     options.from_str(text).map_err(|e| explain::explained(&e, text))
 }

@@ -213,7 +213,7 @@ fn what_cannot_start_says_why() {
         engine.retrieve(problem, &on).expect_err("cannot start").to_string()
     };
     let text = refused(PenaltyEngine { runs: 0, ..PenaltyEngine::default() }, &simplex(&[0.5, 0.5]));
-    assert!(text.contains("no runs") && text.contains("help"), "{text}");
+    assert!(text.contains("`runs` is 0") && text.contains("help"), "{text}");
     let bounded = |lower, upper| {
         let mut problem = simplex(&[0.5, 0.5]);
         let mut space = problem.space.clone();

@@ -47,12 +47,18 @@ fn refused_beside(entries: &str, files: &[(&str, &[u8])], parts: &[&str]) {
 #[test]
 fn settings_that_make_no_sense_are_refused() {
     let bounds = r#"presets: ["panda_bounds.ron"]"#;
-    refused(&format!(r#"{bounds}, engines: [{{"penalty": (runs: 0)}}]"#), &["no runs", "at least 1"]);
+    refused(
+        &format!(r#"{bounds}, engines: [{{"penalty": (runs: 0)}}]"#),
+        &["`runs` is 0", "study.ron:3:", "give 1 to"],
+    );
     refused(
         &format!(r#"{bounds}, engines: [{{"penalty_paper": (stages: 0)}}]"#),
-        &["no stages", "at least 1"],
+        &["`stages` is 0", "study.ron:3:", "give 1 to"],
     );
-    refused(&format!(r#"{bounds}, engines: [{{"penalty_paper": (cooling: 2.0)}}]"#), &["cooling", "0.95"]);
+    refused(
+        &format!(r#"{bounds}, engines: [{{"penalty_paper": (cooling: 2.0)}}]"#),
+        &["study.ron:3:", "`cooling` is 2", "give 0 to 1"],
+    );
     refused(&format!(r#"{bounds}, engines: [{{"penalty": (run: 5)}}]"#), &["study.ron:3:", "run"]);
     refused(
         &format!(r#"{bounds}, engines: [{{"penalty": ()}}, {{"penalty": ()}}]"#),

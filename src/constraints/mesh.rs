@@ -10,6 +10,7 @@ use super::number::{positive, triple};
 use super::shape::{Extent, Surface, rotation};
 use super::stl;
 use crate::error::{Error, Result};
+use crate::text::bounds::Faces;
 use crate::text::files;
 
 /// Largest mesh that is read [bytes].
@@ -32,7 +33,7 @@ pub struct Mesh {
     pub rpy: [f64; 3],
     /// Most faces of the hull to use, at least 6. A hull with more is replaced by its largest ones and a box
     /// around it, which is slightly larger than the hull.
-    #[serde(default = "two_hundred")]
+    #[serde(default = "two_hundred", deserialize_with = "Faces::read")]
     pub faces: usize,
     #[serde(skip)]
     loaded: Option<Loaded>,

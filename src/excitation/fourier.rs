@@ -8,9 +8,13 @@ use super::{Motion, all_finite, position_range, positive_duration};
 use crate::error::{Error, Result};
 use crate::random::Stream;
 use crate::robot::{Joint, Robot};
+use crate::text::bounds::{Harmonics, Seconds};
 
 /// Speed limit assumed for a random motion where the robot file has none [rad/s, m/s].
 pub const DEFAULT_SPEED: f64 = 2.0;
+
+/// Most harmonics times joints of a random motion, whose extremes take a sample for each and 64 of every harmonic.
+const MOST_AMPLITUDES: usize = 100_000;
 
 /// `dq_i(t) = sum_l a_li cos(l w t) + b_li sin(l w t)` with `w = 2 pi / period`, integrated to positions
 /// whose mean over a period is `q0_i` (Swevers et al. 1997):
@@ -26,6 +30,7 @@ pub struct FourierMotion {
 #[serde(deny_unknown_fields)]
 struct Written {
     /// Fundamental period \[s\].
+    #[serde(deserialize_with = "Seconds::read")]
     period_s: f64,
     /// Cosine amplitudes of the velocity [rad/s, m/s].
     a: Vec<Vec<f64>>,
@@ -65,12 +70,18 @@ impl FourierMotion {
     /// # Errors
     /// When a joint has no [`position_range`], or the numbers make no motion.
     pub fn random(robot: &Robot, seed: u64, harmonics: usize, period_s: f64, amplitude: f64) -> Result<Self> {
-        if harmonics == 0 || !(amplitude > 0.0 && amplitude <= 1.0) {
-            let what = format!("{harmonics} harmonics with amplitude {amplitude} make no motion");
-            return Err(Error::new(what).help("give at least one harmonic and an amplitude in (0, 1]"));
+        Harmonics::check("harmonics", harmonics)?;
+        if !(amplitude > 0.0 && amplitude <= 1.0) {
+            return Err(Error::new(format!("an `amplitude` of {amplitude} makes no motion"))
+                .help("give the part of each joint's range that is used, above 0 and up to 1"));
         }
         positive_duration("the period of the Fourier motion", period_s)?;
         let n = robot.dof();
+        if harmonics * n > MOST_AMPLITUDES {
+            return Err(Error::new(format!("`harmonics` is {harmonics} for {n} joints")).help(format!(
+                "harmonics times joints are at most {MOST_AMPLITUDES}; 5 harmonics are usual"
+            )));
+        }
         let mut tables = [vec![vec![0.0; n]; harmonics], vec![vec![0.0; n]; harmonics]];
         let mut q0 = vec![0.0; n];
         for (j, joint) in robot.joints.iter().enumerate() {

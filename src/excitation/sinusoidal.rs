@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Motion, all_finite, positive_duration};
 use crate::error::{Error, Result};
+use crate::text::bounds::Seconds;
 
 /// Each joint moves with `dq_i = A_i sin(2 pi t / T_i)` from `q_i(0) = q0_i` (Gaz et al. 2019, eq. 31), so
 /// every joint starts at rest and swings to one side of where it started.
@@ -22,6 +23,7 @@ struct Written {
     /// Largest speed of each joint, signed [rad/s, m/s].
     amplitudes: Vec<f64>,
     /// Period of each joint \[s\].
+    #[serde(deserialize_with = "Seconds::read")]
     periods_s: Vec<f64>,
     /// Start [rad, m].
     q0: Vec<f64>,

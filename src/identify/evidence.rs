@@ -1,6 +1,6 @@
 //! All that least squares needs to know of the data, in constant memory: one triangle per fold and joint.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::linalg::{Triangle, subtract_product};
 use crate::model::Model;
 use crate::signals::{Folds, Run};
@@ -48,6 +48,7 @@ impl Evidence {
         folds: &Folds,
         robust: Option<(&[f64], &RowWeight<'_>)>,
     ) -> Result<Self> {
+        check_extent(model, folds.count)?;
         let empty = || Self::empty(model, usize::from(folds.count));
         let offsets = first_rows(runs);
         let fold_of = |run: usize, row: usize| usize::from(folds.fold[offsets[run] + row]);
@@ -100,6 +101,21 @@ impl Evidence {
         }
         sum
     }
+}
+
+/// Most numbers in the triangles of all folds, and folds that are never too many.
+const MOST_IN_TRIANGLES: usize = 50_000_000;
+const USUAL_FOLDS: u16 = 8;
+
+/// Refuses more folds than memory has room for.
+fn check_extent(model: &Model, folds: u16) -> Result<()> {
+    let of_fold: usize = model.active.iter().map(|columns| (columns.len() + 1).pow(2)).sum();
+    let most = (MOST_IN_TRIANGLES / of_fold.max(1)).max(usize::from(USUAL_FOLDS));
+    if usize::from(folds) <= most {
+        return Ok(());
+    }
+    Err(Error::new(format!("`folds` is {folds}, and each keeps {of_fold} sums of this model"))
+        .help(format!("give at most {most}; {USUAL_FOLDS} are usual")))
 }
 
 /// Number of the first row of every run when all rows are counted through.

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::Result;
 use crate::text;
+use crate::text::bounds::Hertz;
 
 /// The maps that ship with the program, by name.
 const READY: [(&str, &str); 3] = [
@@ -245,6 +246,7 @@ struct RawTime {
     column: Option<ColumnId>,
     #[serde(default)]
     unit: TimeUnit,
+    #[serde(default, deserialize_with = "Hertz::read")]
     rate_hz: Option<f64>,
 }
 
@@ -254,8 +256,7 @@ impl TryFrom<RawTime> for Time {
     fn try_from(raw: RawTime) -> Result<Self, Self::Error> {
         match (raw.column, raw.rate_hz) {
             (Some(column), None) => Ok(Self::Column { column, unit: raw.unit }),
-            (None, Some(rate_hz)) if rate_hz.is_finite() && rate_hz > 0.0 => Ok(Self::Rate { rate_hz }),
-            (None, Some(_)) => Err("rate_hz must be positive"),
+            (None, Some(rate_hz)) => Ok(Self::Rate { rate_hz }),
             _ => Err("time needs either a column or rate_hz"),
         }
     }

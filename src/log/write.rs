@@ -6,19 +6,26 @@ use serde::{Deserialize, Serialize};
 
 use super::Log;
 
+use crate::text::bounds::Digits;
+
 /// Digits after the point in a written log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Decimals {
     /// Of times \[s\].
+    #[serde(deserialize_with = "Digits::read")]
     pub time: usize,
     /// Of positions [rad, m].
+    #[serde(deserialize_with = "Digits::read")]
     pub position: usize,
     /// Of velocities [rad/s, m/s] and accelerations [rad/s², m/s²].
+    #[serde(deserialize_with = "Digits::read")]
     pub velocity: usize,
     /// Of torques [N m, N].
+    #[serde(deserialize_with = "Digits::read")]
     pub torque: usize,
     /// Of other channels.
+    #[serde(deserialize_with = "Digits::read")]
     pub channel: usize,
 }
 

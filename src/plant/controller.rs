@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::per_joint::PerJoint;
 use super::survey::Survey;
 use crate::error::{Error, Result};
+use crate::text::bounds::{Hertz, NotNegative, Positive};
 
 /// Independent joint control with gravity compensation:
 /// `tau = g(q) + H ddq_d + D (dq_d - dq) + K (q_d - q)`.
@@ -16,14 +17,18 @@ use crate::error::{Error, Result};
 #[serde(deny_unknown_fields, default)]
 pub struct Controller {
     /// Bandwidth `w / 2 pi` of the position loops \[Hz\].
+    #[serde(deserialize_with = "Hertz::read")]
     pub bandwidth_hz: f64,
     /// Damping ratio `z` of the position loops.
+    #[serde(deserialize_with = "Positive::read")]
     pub damping_ratio: f64,
     /// Largest tracking error that friction may cause [rad, m].
+    #[serde(deserialize_with = "Positive::read")]
     pub friction_error: f64,
     /// Gains to use instead of the ones described above.
     pub gains: Option<Gains>,
     /// Largest torque of each joint's drive [N m, N]; no limit when absent.
+    #[serde(deserialize_with = "NotNegative::read")]
     pub torque_limits: Option<PerJoint>,
 }
 
@@ -32,8 +37,10 @@ pub struct Controller {
 #[serde(deny_unknown_fields)]
 pub struct Gains {
     /// Torque per position error [N m/rad, N/m].
+    #[serde(deserialize_with = "NotNegative::read")]
     pub stiffness: PerJoint,
     /// Torque per velocity error [N m s/rad, N s/m].
+    #[serde(deserialize_with = "NotNegative::read")]
     pub damping: PerJoint,
 }
 

@@ -5,12 +5,14 @@ use serde::{Deserialize, Serialize};
 use super::effect::{Moment, PlantEffect};
 use super::per_joint::PerJoint;
 use crate::error::{Error, Result};
+use crate::text::bounds::{NotNegative, Positive};
 
 /// Friction in proportion to velocity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ViscousFriction {
     /// Load per velocity [N m s/rad, N s/m].
+    #[serde(deserialize_with = "NotNegative::read")]
     pub coefficients: PerJoint,
 }
 
@@ -37,9 +39,10 @@ impl PlantEffect for ViscousFriction {
 #[serde(deny_unknown_fields)]
 pub struct CoulombFriction {
     /// Load of a moving joint [N m, N].
+    #[serde(deserialize_with = "NotNegative::read")]
     pub levels: PerJoint,
     /// Velocity at which 76 % of the level is reached [rad/s, m/s].
-    #[serde(default = "CoulombFriction::default_width")]
+    #[serde(default = "CoulombFriction::default_width", deserialize_with = "Positive::read")]
     pub width: f64,
 }
 
@@ -100,8 +103,10 @@ impl PlantEffect for TorqueOffset {
 #[serde(deny_unknown_fields)]
 pub struct SigmoidFriction {
     /// Distance between both plateaus [N m, N].
+    #[serde(deserialize_with = "NotNegative::read")]
     pub phi1: PerJoint,
     /// Steepness [s/rad, s/m].
+    #[serde(deserialize_with = "NotNegative::read")]
     pub phi2: PerJoint,
     /// Shift along the velocity [rad/s, m/s].
     pub phi3: PerJoint,
@@ -148,6 +153,7 @@ impl PlantEffect for SigmoidFriction {
 #[serde(deny_unknown_fields)]
 pub struct RotorInertia {
     /// Reflected inertia [kg m², kg].
+    #[serde(deserialize_with = "NotNegative::read")]
     pub inertias: PerJoint,
 }
 

@@ -42,6 +42,9 @@ use crate::error::{Error, Result};
 use crate::excitation::Motion;
 use crate::robot::Robot;
 
+/// Most rows times joints that simulations hold at a time; each is a dozen numbers, so 2 GB.
+const MOST_CELLS: f64 = 2e7;
+
 /// How the motion is integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Method {
@@ -167,7 +170,24 @@ impl Plant {
             return Err(Error::new("no integration steps between two samples")
                 .help("give at least one in `sub_steps`, or leave it out"));
         }
-        self.check_settings(effects)
+        self.check_settings(effects)?;
+        self.check_extent([duration])
+    }
+
+    /// Refuses simulations of these durations \[s\] that memory could not hold together.
+    ///
+    /// # Errors
+    /// As said.
+    pub fn check_extent(&self, durations: impl IntoIterator<Item = f64>) -> Result<()> {
+        let rows: f64 = durations.into_iter().map(|duration| self.sensors.rows(duration)).sum();
+        let joints = self.robot.dof();
+        if rows * joints as f64 <= MOST_CELLS {
+            return Ok(());
+        }
+        let what = format!("`duration_s` and `sampling_time_s` ask for {rows:.3e} rows of {joints} joints");
+        Err(Error::new(what).help(format!(
+            "at most {MOST_CELLS:.0e} rows times joints are simulated: shorten the motion, or sample less often"
+        )))
     }
 
     /// Refuses settings of controller, sensors and `effects` that do not fit the robot.

@@ -1,8 +1,9 @@
 //! Settings with one number per joint.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::{Error, Result};
+use crate::text::bounds::{Kind, Numbers};
 
 /// One number for each joint, or a single one for all; empty means zero everywhere.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -56,6 +57,12 @@ impl PerJoint {
             }
             None => Ok(()),
         }
+    }
+}
+
+impl Numbers for PerJoint {
+    fn read<'de, K: Kind, D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        Vec::<f64>::read::<K, D>(from).map(Self)
     }
 }
 

@@ -7,25 +7,33 @@ use super::{Observed, Truth, simulation::Row};
 use crate::error::{Error, Result};
 use crate::log::Log;
 use crate::random::Stream;
+use crate::text::bounds::{NotNegative, Seconds, Share};
 
 /// The robot's sensors, sampled on one regular clock, and who reads them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Sensors {
     /// Sampling time \[s\].
+    #[serde(deserialize_with = "Seconds::read")]
     pub sampling_time_s: f64,
     /// Standard deviation of white noise on positions [rad, m].
+    #[serde(deserialize_with = "NotNegative::read")]
     pub position_noise: PerJoint,
     /// Step of the position encoder, after noise [rad, m]; zero for none.
+    #[serde(deserialize_with = "NotNegative::read")]
     pub position_step: PerJoint,
     /// Standard deviation of white noise on velocities [rad/s, m/s].
+    #[serde(deserialize_with = "NotNegative::read")]
     pub velocity_noise: PerJoint,
     /// Standard deviation of white noise on torques [N m, N].
+    #[serde(deserialize_with = "NotNegative::read")]
     pub torque_noise: PerJoint,
     /// Standard deviation of slow noise on torques: a first-order process that forgets in `torque_wander_s`
     /// [N m, N].
+    #[serde(deserialize_with = "NotNegative::read")]
     pub torque_wander: PerJoint,
     /// How long slow noise on torques remembers \[s\].
+    #[serde(deserialize_with = "Seconds::read")]
     pub torque_wander_s: f64,
     /// Whether velocities are logged at all.
     pub log_velocity: bool,
@@ -40,12 +48,16 @@ pub struct Sensors {
 #[serde(deny_unknown_fields, default)]
 pub struct Reader {
     /// Mean time between two readings, stalls aside \[s\].
+    #[serde(deserialize_with = "Seconds::read")]
     pub period_s: f64,
     /// Standard deviation of that time, as a fraction of it.
+    #[serde(deserialize_with = "Share::read")]
     pub jitter: f64,
     /// Chance that a reading stalls.
+    #[serde(deserialize_with = "Share::read")]
     pub stall_chance: f64,
     /// Mean length of a stall \[s\]; lengths are exponentially distributed.
+    #[serde(deserialize_with = "Seconds::read")]
     pub stall_s: f64,
 }
 
@@ -99,6 +111,12 @@ impl Sensors {
         let what =
             format!("the reader has jitter {} and stall chance {}", reader.jitter, reader.stall_chance);
         Err(Error::new(what).help("give a jitter from 0 to 0.5 and a chance from 0 to 1"))
+    }
+
+    /// Rows that a motion of `duration` \[s\] takes: its samples or its readings, whichever are more.
+    pub fn rows(&self, duration: f64) -> f64 {
+        let reader = self.reader.as_ref().map_or(f64::INFINITY, |reader| reader.period_s);
+        duration / self.sampling_time_s.min(reader) + 1.0
     }
 
     /// Writes down what the sensors say of what they see (`seen`) of `truth`, and which sample each row holds.

@@ -15,6 +15,9 @@ use crate::log::Log;
 /// Most steps between two samples before a simulation is called too stiff.
 const MOST_SUB_STEPS: usize = 1000;
 
+/// Most integration steps of a simulation; they take hours.
+const MOST_STEPS: f64 = 1e9;
+
 /// Longest step of the implicit method \[s\]. Stable at any step; but axes that are nearly parallel (the first and the third of a
 /// Panda) are stiff against each other, and at 1 ms their velocities lag their accelerations enough to look like a
 /// viscous coupling of 0.07 N m s/rad.
@@ -156,6 +159,12 @@ pub(super) fn run(
     };
     // The small excess keeps a duration that is a whole number of samples from losing the last one.
     let samples = (duration / dt + 1e-6).floor() as usize + 1;
+    if samples as f64 * sub_steps as f64 > MOST_STEPS {
+        let what = format!("`duration_s` asks for {samples} samples of {sub_steps} integration steps each");
+        return Err(Error::new(what).help(format!(
+            "at most {MOST_STEPS:.0e} steps are made: shorten the motion, or sample less often"
+        )));
+    }
     let (truth, tracking_rms) = integrate(equation, samples, sub_steps)?;
     let mut seen = Observed {
         dt,

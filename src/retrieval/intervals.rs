@@ -10,6 +10,7 @@ use super::lmi::{constrain, misfit, misfit_scale};
 use super::{Problem, Quadratic};
 use crate::error::{Error, Result};
 use crate::form::{Affine, Form};
+use crate::text::bounds::NotNegative;
 
 /// Tolerances tried in turn where a solve stalls.
 const TOLERANCES: [f64; 3] = [1e-9, 1e-7, 1e-6];
@@ -19,9 +20,11 @@ const TOLERANCES: [f64; 3] = [1e-9, 1e-7, 1e-6];
 #[serde(deny_unknown_fields, default)]
 pub struct Slack {
     /// Share of the best objective.
+    #[serde(deserialize_with = "NotNegative::read")]
     pub relative: f64,
     /// On top, in the unit of the objective: `s² q` with the residual variance `s²` and a quantile `q` of
     /// the chi-squared distribution makes the set a confidence region.
+    #[serde(deserialize_with = "NotNegative::read")]
     pub absolute: f64,
 }
 

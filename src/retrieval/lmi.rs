@@ -11,6 +11,7 @@ use super::conflict::conflict;
 use super::{FEASIBLE, Multiplier, Problem, Quadratic, RetrievalEngine, Retrieved, Step, Watch};
 use crate::error::{Error, Result};
 use crate::form::{Affine, Body, Form};
+use crate::text::bounds::{Iterations, Share};
 
 /// Iterations a solve usually takes, for the progress shown.
 const USUAL_ITERATIONS: f64 = 25.0;
@@ -24,11 +25,14 @@ pub struct LmiEngine {
     /// The user's name for this entry of the study.
     pub label: Option<String>,
     /// Relative gap and feasibility at which the solver stops.
+    #[serde(deserialize_with = "Share::read")]
     pub tolerance: f64,
     /// Iterations at most.
+    #[serde(deserialize_with = "Iterations::read")]
     pub iterations: u32,
     /// Every constraint is kept at least this far from its limit, relative to its scale, so that rounding
     /// cannot push the answer over it; left out where constraints have no interior.
+    #[serde(deserialize_with = "Share::read")]
     pub margin: f64,
 }
 

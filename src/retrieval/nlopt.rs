@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::checkpoint::Checkpoint;
 use super::{Problem, RetrievalEngine, Retrieved, Watch};
 use crate::error::{Error, Result};
+use crate::text::bounds::{Moves, Runs};
 
 /// Which solver of NLopt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -27,11 +28,13 @@ pub struct NloptEngine {
     /// The user's name for this entry.
     pub label: Option<String>,
     /// Independent runs.
+    #[serde(deserialize_with = "Runs::read")]
     pub runs: usize,
     /// The solver.
     pub algorithm: NloptAlgorithm,
     /// Most evaluations of a run; 2000 for `Slsqp` and 200 000 for `Sbplx`, whose evaluations are cheaper,
     /// when not given.
+    #[serde(deserialize_with = "Moves::read")]
     pub evaluations: Option<u32>,
     /// Where finished runs are kept.
     #[serde(skip)]

@@ -28,6 +28,7 @@ pub fn prepare(log: &Log, settings: &Settings) -> Result<(Run, SignalReport)> {
     if let Some(thinned) = still_to_be(log, settings)? {
         return prepare(&thinned, settings);
     }
+    check_log(log)?;
     let (cleaned, clock) = on_clock(log, settings)?;
     let grid = Grid::new(&clock.rows, &clock.at);
     let logged = logged_velocity(log, settings.velocity_from)?;
@@ -97,15 +98,35 @@ pub fn prepare(log: &Log, settings: &Settings) -> Result<(Run, SignalReport)> {
 /// Numbers beyond this are no motion of a robot, and their squares and products overflow.
 const LARGEST: f64 = 1e12;
 
+/// Refuses numbers of the log that are too large, as they stand there.
+fn check_log(log: &Log) -> Result<()> {
+    let none = Vec::new();
+    for (name, columns) in [("q", &log.q), ("dq", log.dq.as_ref().unwrap_or(&none)), ("tau", &log.tau)] {
+        for (j, column) in columns.iter().enumerate() {
+            // Rows with what is no number are left out later.
+            if let Some(k) = column.iter().position(|x| x.is_finite() && x.abs() > LARGEST) {
+                return Err(too_large(&log.name, &format!("{name}{}", j + 1), column[k], log.t[k]));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn too_large(log: &str, column: &str, x: f64, t: f64) -> Error {
+    let what = if x.is_finite() {
+        format!("`{column}` is {x:.3e} at {t:.6e} s, too large for a robot")
+    } else {
+        format!("`{column}` grows beyond all numbers at {t:.6e} s once it is filtered and differentiated")
+    };
+    Error::new(what).in_file(log).help("check units and columns of the log, and its time stamps")
+}
+
 fn check_size(run: &Run) -> Result<()> {
     for (name, columns) in [("q", &run.q), ("dq", &run.dq), ("ddq", &run.ddq), ("tau", &run.tau)] {
         for (j, column) in columns.iter().enumerate() {
             if let Some(k) = column.iter().position(|x| x.is_nan() || x.abs() > LARGEST) {
                 let (x, t) = (column[k], run.start + k as f64 * run.dt);
-                let what = format!("`{name}{}` is {x:.3e} at {t:.6e} s, too large for a robot", j + 1);
-                return Err(Error::new(what)
-                    .in_file(&run.name)
-                    .help("check units and columns of the log, and its time stamps"));
+                return Err(too_large(&run.name, &format!("{name}{}", j + 1), x, t));
             }
         }
     }

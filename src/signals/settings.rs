@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::filter::MAX_ORDER;
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::text::bounds::{Every, Hertz, Order, Seconds, SecondsOrNone};
 
 /// Where filters stand in the way from log to regressor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -66,26 +66,33 @@ pub struct Settings {
     /// What is filtered: the inputs of the regressor, or its columns.
     pub mode: Mode,
     /// Cut-off of the band in which the model is fitted \[Hz\].
+    #[serde(deserialize_with = "Hertz::read")]
     pub band_hz: f64,
     /// Order of the Butterworth low-pass of each pass; it runs forwards and backwards.
+    #[serde(deserialize_with = "Order::read")]
     pub order: usize,
     /// Cut-off for positions and velocities before they are differentiated \[Hz\]; `Parallel` only.
+    #[serde(deserialize_with = "Hertz::read")]
     pub position_cutoff_hz: f64,
     /// Cut-off for the velocities of columns with a sign or a step at rest \[Hz\], `Parallel` only; a
     /// low-pass blurs every reversal. As `position_cutoff_hz` when not given.
+    #[serde(deserialize_with = "Hertz::read")]
     pub friction_cutoff_hz: Option<f64>,
     /// Source of velocities.
     pub velocity_from: VelocityFrom,
     /// Source of the velocities that `friction_cutoff_hz` is for; `Auto` is that of the others.
     pub friction_velocity_from: VelocityFrom,
     /// Cut from both ends after filtering \[s\].
+    #[serde(deserialize_with = "SecondsOrNone::read")]
     pub trim_s: f64,
     /// Keep every so-many-th sample after filtering. Not given: all in `Inputs`, about five samples
     /// per period of the band in `Parallel`, and two or, beyond ten thousand rows, one of very long logs.
+    #[serde(deserialize_with = "Every::read")]
     pub decimate: Option<usize>,
     /// Rate that logs are thinned to before anything else \[Hz\], `Parallel` only: every so-many-th sample after a low-pass,
     /// never less. Not given: 125 Hz for very long logs (two million rows times joints), every sample of others. A rate
     /// above half the log's keeps every sample of any log.
+    #[serde(deserialize_with = "Hertz::read")]
     pub thin_to_hz: Option<f64>,
     /// Which clock the samples get.
     pub clock: ClockChoice,
@@ -93,6 +100,7 @@ pub struct Settings {
     pub keep: Keep,
     /// Longest gap that is filled linearly \[s\]; where the clock jumps further the log is split. Never
     /// less than three sampling times.
+    #[serde(deserialize_with = "Seconds::read")]
     pub max_gap_s: f64,
 }
 
@@ -125,29 +133,14 @@ impl Settings {
     /// # Errors
     /// Names the first setting that cannot work and what to write instead.
     pub fn check(&self) -> Result<()> {
-        let positive = [
-            ("band_hz", self.band_hz),
-            ("position_cutoff_hz", self.position_cutoff_hz),
-            ("friction_cutoff_hz", self.friction_cutoff_hz.unwrap_or(1.0)),
-            ("max_gap_s", self.max_gap_s),
-            ("thin_to_hz", self.thin_to_hz.unwrap_or(1.0)),
-        ];
-        for (name, value) in positive {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(Error::new(format!("`{name}` is {value:?}")).help("give a positive number"));
-            }
-        }
-        if !(self.trim_s.is_finite() && self.trim_s >= 0.0) {
-            return Err(Error::new(format!("`trim_s` is {:?}", self.trim_s)).help("give 0 or more seconds"));
-        }
-        if !(1..=MAX_ORDER).contains(&self.order) {
-            return Err(Error::new(format!("`order` is {}", self.order))
-                .help(format!("choose an order from 1 to {MAX_ORDER}; 4 is usual")));
-        }
-        if self.decimate == Some(0) {
-            return Err(Error::new("`decimate` is 0").help("give 1 to keep every sample, or leave it out"));
-        }
-        Ok(())
+        Hertz::check("band_hz", self.band_hz)?;
+        Hertz::check("position_cutoff_hz", self.position_cutoff_hz)?;
+        self.friction_cutoff_hz.map_or(Ok(()), |hz| Hertz::check("friction_cutoff_hz", hz))?;
+        self.thin_to_hz.map_or(Ok(()), |hz| Hertz::check("thin_to_hz", hz))?;
+        Seconds::check("max_gap_s", self.max_gap_s)?;
+        SecondsOrNone::check("trim_s", self.trim_s)?;
+        Order::check("order", self.order)?;
+        self.decimate.map_or(Ok(()), |every| Every::check("decimate", every))
     }
 
     /// Every so-many-th sample is kept at the sampling time `dt` \[s\]; of a very long log, so many there are.

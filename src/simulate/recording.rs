@@ -99,6 +99,8 @@ pub fn open(path: &Path, seed: Option<u64>) -> Result<(Experiment, Plant)> {
     let all = plant.effects.iter().chain(experiment.logs.iter().flat_map(|log| &log.effects));
     let all: Vec<&dyn PlantEffect> = all.map(AsRef::as_ref).collect();
     plant.check_settings(&all).map_err(|e| text::placed(e, path))?;
+    let durations = experiment.logs.iter().map(|log| log.duration_s + 2.0 * log.ramp_s);
+    plant.check_extent(durations).map_err(|e| text::placed(e, path))?;
     Ok((experiment, plant))
 }
 

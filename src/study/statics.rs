@@ -1,7 +1,7 @@
 //! Identification from static poses.
 
 use crate::effects::RigidBody;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::excitation::random_configurations;
 use crate::identify::{BaseParameters, StaticFit, parameter_name, relative_deviations};
 use crate::kernels::{Chain, static_regressor};
@@ -18,6 +18,8 @@ use super::{Study, published, too_few_rows};
 
 /// Noise is drawn this often to see which coefficients are dropped by chance.
 const DRAWS: usize = 200;
+/// Most entries of mass matrices and gravity torques that are read out.
+const MOST_READ: usize = 10_000_000;
 /// Random streams of the seed; the first few belong to the configurations, one per joint.
 const NOISE_STREAM: usize = 1000;
 const DRAW_STREAM: usize = 1001;
@@ -43,6 +45,12 @@ impl Study<'_> {
                 self.say(&format!("reading out M and g at {count} random configurations"));
                 let base = BaseParameters::new(&self.robot);
                 let (published, values) = published(&self.folder, &file, &base)?;
+                let read = (self.robot.dof() * (self.robot.dof() + 3)) / 2 * count;
+                if read > MOST_READ {
+                    let what = format!("`count` asks for {read} numbers of M and g");
+                    let help = format!("at most {MOST_READ} are read out: ask for fewer configurations");
+                    return Err(Error::new(what).help(help));
+                }
                 let q = random_configurations(&self.robot, count, self.seed)?;
                 let clean = read_out(&Chain::new(&self.robot), &base.lift(&values), q, &published.source);
                 let sigma = StaticFit::new(&self.robot, &clean)?.deviation_implied_by(percent);

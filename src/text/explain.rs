@@ -1,7 +1,8 @@
 //! RON trouble in plain words, with what is known at that place.
 
-use super::find;
+use super::bounds::NAMELESS;
 use super::names::{list, nearest};
+use super::{find, guard};
 use crate::error::Error;
 
 /// An error of reading `ron` as ours: message, line and column, and what to do.
@@ -26,7 +27,9 @@ pub(super) fn explained(error: &ron::error::SpannedError, ron: &str) -> Error {
             .help("close every bracket and every quote");
     };
     let choice = || choice(&text, find::before(ron, line, column));
-    let (what, help) = named(&text).or_else(choice).or_else(|| shape(&text)).unwrap_or_else(|| ours(&text));
+    let outside = || outside(&text, guard::name_at(ron, line, column));
+    let (what, help) =
+        named(&text).or_else(choice).or_else(outside).or_else(|| shape(&text)).unwrap_or_else(|| ours(&text));
     let explained = Error::new(what).at(line, column);
     if help.is_empty() { explained } else { explained.help(help) }
 }
@@ -35,6 +38,13 @@ pub(super) fn explained(error: &ron::error::SpannedError, ron: &str) -> Error {
 fn ours(text: &str) -> (String, String) {
     let (what, help) = text.split_once("\n  help: ").unwrap_or((text, ""));
     (what.to_owned(), help.to_owned())
+}
+
+/// A number outside of its bounds, which the reader knows without its name.
+fn outside(text: &str, name: Option<&str>) -> Option<(String, String)> {
+    let (what, help) = ours(text.strip_prefix(NAMELESS)?);
+    let name = name.map_or_else(|| "the number here".to_owned(), |name| format!("`{name}`"));
+    Some((format!("{name} is {what}"), help))
 }
 
 /// Names that are unknown, missing or stand twice.
@@ -81,7 +91,7 @@ fn choice(text: &str, before: &str) -> Option<(String, String)> {
 }
 
 /// What is wrong with brackets, commas and literals: how the reader's message begins, ours, and help.
-const SHAPES: [(&str, &str, &str); 19] = [
+const SHAPES: [(&str, &str, &str); 21] = [
     (
         "Unexpected char",
         "a value is expected here",
@@ -121,6 +131,8 @@ const SHAPES: [(&str, &str, &str); 19] = [
     ("Expected closing `]`", "a closing `]` is expected here", "separate the entries of a list by commas"),
     ("Expected string", "a text in double quotes is expected here", "write it as \"...\""),
     ("Expected integer", "a whole number is expected here", "write it plainly, as 3"),
+    ("Invalid digit", "a whole number is expected here", "write it plainly, as 3"),
+    ("Unexpected underscore", "a number is expected here", "write it plainly, as 0.5 or 1e-3"),
     ("Expected float", "a number is expected here", "write it plainly, as 0.5 or 1e-3"),
     ("Expected boolean", "a truth value is expected here", "write true or false"),
     ("Expected char", "a character is expected here", "write it in single quotes, as ';'"),

@@ -30,7 +30,8 @@ pub(super) fn before(text: &str, line: usize, column: usize) -> &str {
     &text[..line_start + in_line.map_or(text.len() - line_start, |(i, _)| i)]
 }
 
-fn position(text: &str, at: usize) -> (usize, usize) {
+/// Line and column, from 1, of the byte `at`.
+pub(super) fn position(text: &str, at: usize) -> (usize, usize) {
     let before = &text[..at];
     let line_start = before.rfind('\n').map_or(0, |i| i + 1);
     (1 + before.matches('\n').count(), 1 + before[line_start..].chars().count())

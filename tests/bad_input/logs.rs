@@ -124,7 +124,7 @@ fn column_maps() {
         ("(delimeter: ';')", "1:2", "did you mean `delimiter`?"),
         ("(delimiter: 'q')", "1:15", "delimiter must be"),
         ("(position: (columns: \"q{1}\", unit: Degree))", "1:36", "did you mean `Degrees`?"),
-        ("(time: (rate_hz: -1))", "1:", "rate_hz must be positive"),
+        ("(time: (rate_hz: -1))", "1:", "`rate_hz` is -1"),
         ("(torque: (current: \"i{1}\"))", "1:", "current and gains"),
     ] {
         folder.write("map.ron", map);

@@ -16,9 +16,9 @@ fn models() {
     refused("robot: \"arm\"", "robot: \"leg\"", "3:5", &["model of the `robot` `leg`, not of `arm`"]);
     refused("\"fo2\"", "\"fo1\"", "8:18", &["`fo1` stands twice"]);
     refused("\"fv2\"", "\"fv1\"", "10:18", &["parameter `fv1`", "known are fo1, fo2, fv2"]);
-    refused("value: 0.5", "value: NaN", "9:18", &["`fo2` is NaN"]);
+    refused("value: 0.5", "value: NaN", "9:32", &["`value` is NaN"]);
     refused("value: 0.5", "value: half", "9:32", &["a number is expected"]);
-    refused("band_hz: 5.0", "band_hz: -5.0", "5:15", &["`band_hz` is -5"]);
+    refused("band_hz: 5.0", "band_hz: -5.0", "5:24", &["`band_hz` is -5"]);
     refused("torque_offset", "torque_ofset", "6:17", &["did you mean `torque_offset`?"]);
     refused("\"joint2\"", "\"joint9\"", "6:85", &["no joint `joint9`", "joint1, joint2"]);
     refused("joints: All", "joint: All", "6:34", &["did you mean `joints`?"]);

@@ -100,9 +100,9 @@ fn effects() {
         ),
         ("effects: [{\"torque_offset\": ()}, {\"torque_offset\": ()}]", 12, &["`fo1` twice"]),
         ("effects: [{\"coulomb_friction\": (width: -1)}]", 33, &["`width` of `coulomb_friction` is -1"]),
-        ("effects: [{\"coulomb_friction\": (width: NaN)}]", 33, &["is NaN"]),
+        ("effects: [{\"coulomb_friction\": (width: NaN)}]", 40, &["is NaN"]),
         ("effects: [{\"sigmoid_friction\": (phi2: [1], phi3: [0])}]", 12, &["2 joints", "1 values of phi2"]),
-        ("effects: [{\"sigmoid_friction\": (phi2: [1, inf], phi3: [0, 0])}]", 12, &["not finite"]),
+        ("effects: [{\"sigmoid_friction\": (phi2: [1, inf], phi3: [0, 0])}]", 44, &["`phi2` is infinite"]),
         ("effects: [{\"sigmoid_friction\": ()}]", 0, &["`phi2`", "is missing"]),
     ]);
 }
@@ -112,26 +112,28 @@ fn settings() {
     refused_after(&[
         ("signals: (band: 5)", 11, &["no field `band`", "did you mean `band_hz`?"]),
         ("signals: (mode: parallel)", 17, &["did you mean `Parallel`?"]),
-        ("signals: (band_hz: 0)", 11, &["`band_hz` is 0"]),
+        ("signals: (band_hz: 0)", 20, &["`band_hz` is 0", "give 1e-6 to"]),
         ("signals: (band_hz: 1e9)", 11, &["cut-off of 1000000000.0 Hz", "below 500 Hz"]),
         ("signals: (mode: Parallel, position_cutoff_hz: 900)", 27, &["below 500 Hz"]),
-        ("signals: (order: 99)", 11, &["`order` is 99", "1 to 8"]),
-        ("signals: (trim_s: 1e300)", 11, &["nothing is left", "1e300 s"]),
-        ("signals: (decimate: 0)", 11, &["`decimate` is 0"]),
+        ("signals: (order: 99)", 18, &["`order` is 99", "1 to 8"]),
+        ("signals: (trim_s: 1e300)", 19, &["`trim_s` is 1e300", "too large"]),
+        ("signals: (trim_s: 1e5)", 11, &["nothing is left", "100000.0 s"]),
+        ("signals: (decimate: 0)", 21, &["`decimate` is 0"]),
         ("signals: (velocity_from: Gyro)", 26, &["Auto, Position, Velocity"]),
-        ("hold_out: SamePhase(period_s: 0, folds: 8)", 1, &["positive time"]),
-        ("hold_out: Contiguous(block_s: 1, folds: 1)", 1, &["2 to 1000 folds"]),
-        ("hold_out: SamePhase(period_s: 1e300, folds: 2)", 1, &["held out"]),
-        ("drop_above_percent: -3", 1, &["not positive"]),
-        ("gravity: (0, 0, NaN)", 1, &["three numbers in m/s²"]),
+        ("hold_out: SamePhase(period_s: 0, folds: 8)", 31, &["`period_s` is 0 s", "1e-6 to"]),
+        ("hold_out: Contiguous(block_s: 1, folds: 1)", 41, &["`folds` is 1", "2 to 1000: "]),
+        ("hold_out: SamePhase(period_s: 1e5, folds: 2)", 1, &["held out"]),
+        ("drop_above_percent: -3", 21, &["`drop_above_percent` is -3"]),
+        ("gravity: (0, 0, NaN)", 17, &["`gravity` is NaN"]),
+        ("gravity: (0, 0, 1e7)", 17, &["`gravity` is 1e7 m/s²", "three numbers"]),
         ("gravity: (0, 0)", 0, &["array of length 3"]),
         ("weighting: Hubber", 12, &["did you mean `Huber`?"]),
         ("seed: -1", 8, &["out of range"]),
         ("friction: ()", 1, &["rigid part to freeze"]),
         ("friction: (coefficients: \"table.ron\")", 26, &["no file `table.ron`"]),
         ("poses: File(\"poses.csv\")", 13, &["no file of static poses `poses.csv`", "LACUNA_DATA"]),
-        ("poses: ReadOut(coefficients: \"c.ron\", count: 0, noise_percent: 0)", 39, &["`count` is 0"]),
-        ("poses: ReadOut(coefficients: \"c.ron\", count: 9, noise_percent: -1)", 49, &["0 to 100 per cent"]),
+        ("poses: ReadOut(coefficients: \"c.ron\", count: 0, noise_percent: 0)", 46, &["`count` is 0"]),
+        ("poses: ReadOut(coefficients: \"c.ron\", count: 9, noise_percent: -1)", 64, &["0 to 100 %"]),
     ]);
 }
 
@@ -146,12 +148,12 @@ fn data_and_simulations() {
     for (inside, words) in [
         ("sensors: (torque_nose: [1])", ["no field `torque_nose`", "did you mean `torque_noise`?"]),
         ("sensors: (torque_noise: [1, 2, 3])", ["`torque_noise` has 3 numbers for 2 joints", "one for all"]),
-        ("sensors: (sampling_time_s: 1e-12)", ["`duration_s` asks for", "at most 2000000"]),
-        ("sensors: (sampling_time_s: -1)", ["`sampling_time_s` is -1", "positive time"]),
-        ("sensors: (reader: (jitter: 7))", ["jitter 7", "0 to 0.5"]),
+        ("sensors: (sampling_time_s: 1e-12)", ["`sampling_time_s` is 1e-12 s", "microsecond"]),
+        ("sensors: (sampling_time_s: -1)", ["`sampling_time_s` is -1", "a time in seconds"]),
+        ("sensors: (reader: (jitter: 7))", ["`jitter` is 7", "0 to 1"]),
         ("effects: [{\"gremlins\": ()}]", ["`gremlins` is not known", "viscous_friction"]),
-        ("effects: [{\"viscous_friction\": (coefficients: [1, NaN])}]", ["NaN", "finite"]),
-        ("controller: (bandwidth_hz: 0)", ["`bandwidth_hz`", "positive"]),
+        ("effects: [{\"viscous_friction\": (coefficients: [1, NaN])}]", ["`coefficients` is NaN", "finite"]),
+        ("controller: (bandwidth_hz: 0)", ["`bandwidth_hz` is 0 Hz", "frequency"]),
     ] {
         folder.write("bad.ron", simulated(inside));
         folder.refused(&["scenario", "bad.ron"], "bad.ron", &words);
@@ -183,8 +185,8 @@ fn data_and_simulations() {
         ),
         (
             "(robot: \"arm.ron\", logs: Simulated((motion: Random(harmonics: 0, period_s: 1, amplitude: 1), duration_s: 1)))",
-            0,
-            &["0 harmonics"],
+            63,
+            &["`harmonics` is 0", "5 harmonics are usual"],
         ),
         (
             "(robot: \"arm.ron\", logs: Simulated((motion: Fourier((period_s: 1, a: [[1]], b: [[1, 2]], q0: [0, 0])), duration_s: 1)))",
@@ -193,8 +195,13 @@ fn data_and_simulations() {
         ),
         (
             "(robot: \"arm.ron\", logs: Simulated((motion: PandaTableII, duration_s: 1e30)))",
+            71,
+            &["`duration_s` is 1e30, too large"],
+        ),
+        (
+            "(robot: \"arm.ron\", logs: Simulated((motion: PandaTableII, duration_s: 1e5)))",
             59,
-            &["`duration_s` asks for 1.000e33 samples"],
+            &["`duration_s` asks for 1.000e8 samples"],
         ),
     ]);
 }

@@ -120,7 +120,7 @@ fn wrong_maps_point_at_line_and_column() {
         ("(position: (columns: 5))", "a list of columns", Some(1)),
         ("(position: (columns: [0]))", "numbered from 1", Some(1)),
         ("(time: (unit: Seconds))", "either a column or rate_hz", Some(1)),
-        ("(time: (rate_hz: -1))", "rate_hz must be positive", Some(1)),
+        ("(time: (rate_hz: -1))", "`rate_hz` is -1", Some(1)),
         ("(time: (column: \"t\", unit: Hours))", "Hours", Some(1)),
         ("(torque: (current: \"i{0}\"))", "current and gains", Some(1)),
         ("(torque: (columns: \"i{0}\", gain: 3))", "gain", Some(1)),

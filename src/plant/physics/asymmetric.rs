@@ -3,6 +3,7 @@ use serde::{Deserialize, Serialize};
 use super::effect::{Moment, PlantEffect};
 use super::{PerJoint, check_positive, smooth_sign, usual_width};
 use crate::error::Result;
+use crate::text::bounds::{NotNegative, Positive};
 
 /// Friction that differs between the two directions of motion:
 /// `viscous dq + coulomb` forwards, `viscous dq - coulomb` backwards, each direction with its own numbers.
@@ -10,19 +11,19 @@ use crate::error::Result;
 #[serde(deny_unknown_fields)]
 pub struct AsymmetricFriction {
     /// Load per velocity forwards [N m s/rad, N s/m].
-    #[serde(default)]
+    #[serde(default, deserialize_with = "NotNegative::read")]
     pub viscous_forward: PerJoint,
     /// Load per velocity backwards [N m s/rad, N s/m].
-    #[serde(default)]
+    #[serde(default, deserialize_with = "NotNegative::read")]
     pub viscous_backward: PerJoint,
     /// Size of dry friction forwards [N m, N].
-    #[serde(default)]
+    #[serde(default, deserialize_with = "NotNegative::read")]
     pub coulomb_forward: PerJoint,
     /// Size of dry friction backwards [N m, N].
-    #[serde(default)]
+    #[serde(default, deserialize_with = "NotNegative::read")]
     pub coulomb_backward: PerJoint,
     /// Velocity at which one direction has taken over from the other by 76 % [rad/s, m/s].
-    #[serde(default = "usual_width")]
+    #[serde(default = "usual_width", deserialize_with = "Positive::read")]
     pub width: f64,
 }
 

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use super::effect::{Moment, PlantEffect};
 use super::{check_finite, check_positive, joint_index};
 use crate::error::{Error, Result};
+use crate::text::bounds::{JointNumber, Seconds};
 
 /// Something pushes against a link for a while, with a constant force on the robot in the base frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -16,13 +17,13 @@ pub struct ContactForce {
     /// When it has ended \[s\].
     pub to_s: f64,
     /// Time in which it comes and goes \[s\].
-    #[serde(default = "ContactForce::quick")]
+    #[serde(default = "ContactForce::quick", deserialize_with = "Seconds::read")]
     pub rise_s: f64,
     /// Where it acts, in the link's frame \[m\].
     #[serde(default)]
     pub point: [f64; 3],
     /// Number of the joint whose link it acts on, from 1; the last one when not given.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "JointNumber::read")]
     pub link: Option<usize>,
 }
 

@@ -3,6 +3,7 @@ use serde::{Deserialize, Serialize};
 use super::effect::{Moment, PlantEffect};
 use super::{check_finite, check_positive, joint_index, smooth_sign, usual_width};
 use crate::error::{Error, Result};
+use crate::text::bounds::{JointNumber, Positive};
 
 /// Friction on one joint that comes from the motion of another, as in wrists with common gears:
 /// `viscous dq_from + coulomb tanh(dq_from / width)` on `joint`.
@@ -10,8 +11,10 @@ use crate::error::{Error, Result};
 #[serde(deny_unknown_fields)]
 pub struct CoupledFriction {
     /// Number of the joint that carries the load, from 1.
+    #[serde(deserialize_with = "JointNumber::read")]
     pub joint: usize,
     /// Number of the joint whose motion makes it, from 1.
+    #[serde(deserialize_with = "JointNumber::read")]
     pub from: usize,
     /// Load per velocity of the other joint [N m s/rad].
     #[serde(default)]
@@ -20,7 +23,7 @@ pub struct CoupledFriction {
     #[serde(default)]
     pub coulomb: f64,
     /// Velocity at which 76 % of the sign is reached [rad/s, m/s].
-    #[serde(default = "usual_width")]
+    #[serde(default = "usual_width", deserialize_with = "Positive::read")]
     pub width: f64,
 }
 

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::effect::{Moment, PlantEffect};
 use super::{PerJoint, check_positive, smooth_sign, usual_width};
 use crate::error::Result;
+use crate::text::bounds::{Positive, Seconds};
 
 /// A load that grows with time, as the zero of a warming torque sensor: `rate t`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -37,10 +38,10 @@ pub struct FrictionDrift {
     #[serde(default)]
     pub viscous: PerJoint,
     /// Time over which the change fades \[s\].
-    #[serde(default)]
+    #[serde(default, deserialize_with = "Seconds::read")]
     pub time_s: Option<f64>,
     /// Velocity at which 76 % of the sign is reached [rad/s, m/s].
-    #[serde(default = "usual_width")]
+    #[serde(default = "usual_width", deserialize_with = "Positive::read")]
     pub width: f64,
 }
 

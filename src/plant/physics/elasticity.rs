@@ -9,12 +9,14 @@ use serde::{Deserialize, Serialize};
 use super::effect::{Moment, Observed, PlantEffect};
 use super::{PerJoint, check_positive};
 use crate::error::Result;
+use crate::text::bounds::{NotNegative, Positive};
 
 /// A gear that twists: the motor stands ahead of the link by `compliance` times the transmitted torque.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct JointElasticity {
     /// Twist per torque [rad/(N m), m/N].
+    #[serde(deserialize_with = "NotNegative::read")]
     pub compliance: PerJoint,
 }
 
@@ -40,9 +42,10 @@ impl PlantEffect for JointElasticity {
 #[serde(deny_unknown_fields)]
 pub struct Backlash {
     /// Width of the gap [rad, m].
+    #[serde(deserialize_with = "NotNegative::read")]
     pub gaps: PerJoint,
     /// Torque that presses the teeth together [N m, N].
-    #[serde(default = "Backlash::light")]
+    #[serde(default = "Backlash::light", deserialize_with = "Positive::read")]
     pub closing_torque: f64,
 }
 

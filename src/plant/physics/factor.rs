@@ -3,22 +3,24 @@ use serde::{Deserialize, Serialize};
 use super::effect::Moment;
 use super::{check_finite, check_positive, joint_index, smooth_sign, usual_width};
 use crate::error::{Error, Result};
+use crate::text::bounds::{JointNumber, Positive, Seconds};
 
 /// One factor of a [`super::Product`]. Joints are numbered from 1.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Factor {
     /// Position of a joint [rad, m].
-    Position(usize),
+    Position(#[serde(deserialize_with = "JointNumber::read")] usize),
     /// Velocity of a joint [rad/s, m/s].
-    Velocity(usize),
+    Velocity(#[serde(deserialize_with = "JointNumber::read")] usize),
     /// Size of a joint's velocity [rad/s, m/s].
-    Speed(usize),
+    Speed(#[serde(deserialize_with = "JointNumber::read")] usize),
     /// Direction of a joint's motion, smooth at rest.
-    Sign(usize),
+    Sign(#[serde(deserialize_with = "JointNumber::read")] usize),
     /// `sin(k q + phase)`.
     Wave {
         /// Joint.
+        #[serde(deserialize_with = "JointNumber::read")]
         of: usize,
         /// Periods per turn.
         k: f64,
@@ -28,25 +30,30 @@ pub enum Factor {
     /// A bump at an angle: `exp(-((q - at) / width)²)`.
     Bump {
         /// Joint.
+        #[serde(deserialize_with = "JointNumber::read")]
         of: usize,
         /// Where [rad, m].
         at: f64,
         /// Half-width [rad, m].
+        #[serde(deserialize_with = "Positive::read")]
         width: f64,
     },
     /// A detent at an angle, pulling towards it from both sides: `s exp((1 - s²) / 2)` with
     /// `s = (q - at) / width`; its largest value is 1.
     Detent {
         /// Joint.
+        #[serde(deserialize_with = "JointNumber::read")]
         of: usize,
         /// Where [rad, m].
         at: f64,
         /// Distance of the strongest pull [rad, m].
+        #[serde(deserialize_with = "Positive::read")]
         width: f64,
     },
     /// A spring that is touched only beyond an angle: `max(q - from, 0)`.
     Beyond {
         /// Joint.
+        #[serde(deserialize_with = "JointNumber::read")]
         of: usize,
         /// Where it is touched [rad, m].
         from: f64,
@@ -54,6 +61,7 @@ pub enum Factor {
     /// A spring that is touched only below an angle: `min(q - to, 0)`.
     Below {
         /// Joint.
+        #[serde(deserialize_with = "JointNumber::read")]
         of: usize,
         /// Where it is touched [rad, m].
         to: f64,
@@ -61,6 +69,7 @@ pub enum Factor {
     /// Straight pieces between points `(position, value)`, level outside.
     Pieces {
         /// Joint.
+        #[serde(deserialize_with = "JointNumber::read")]
         of: usize,
         /// Points in rising order of position.
         points: Vec<(f64, f64)>,
@@ -71,6 +80,7 @@ pub enum Factor {
         /// Name of the channel.
         name: String,
         /// Longest period \[s\].
+        #[serde(deserialize_with = "Seconds::read")]
         period_s: f64,
         /// Phase \[rad\].
         phase: f64,
@@ -80,6 +90,7 @@ pub enum Factor {
     /// On (1) or off (0) in time, in no regular pattern, and no channel says when.
     OnOff {
         /// Time between two chances to switch \[s\].
+        #[serde(deserialize_with = "Seconds::read")]
         period_s: f64,
         /// Where the pattern begins, from 0 to 1.
         phase: f64,

@@ -3,6 +3,7 @@ use serde::{Deserialize, Serialize};
 use super::effect::{Moment, PlantEffect};
 use super::{PerJoint, check_positive, smooth_sign, usual_width};
 use crate::error::{Error, Result};
+use crate::text::bounds::{NotNegative, Positive};
 
 /// Torque for which the steepness is reckoned [N m, N].
 const HEAVY: f64 = 30.0;
@@ -16,13 +17,13 @@ const HEAVY: f64 = 30.0;
 #[serde(deny_unknown_fields)]
 pub struct LoadDependentFriction {
     /// Dry friction per transmitted torque.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "NotNegative::read")]
     pub ratios: PerJoint,
     /// Viscous friction per transmitted torque [s/rad, s/m].
-    #[serde(default)]
+    #[serde(default, deserialize_with = "NotNegative::read")]
     pub viscous_ratios: PerJoint,
     /// Velocity at which 76 % of the sign is reached [rad/s, m/s].
-    #[serde(default = "usual_width")]
+    #[serde(default = "usual_width", deserialize_with = "Positive::read")]
     pub width: f64,
 }
 

@@ -3,6 +3,7 @@ use serde::{Deserialize, Serialize};
 use super::PerJoint;
 use super::effect::{Moment, PlantEffect};
 use crate::error::{Error, Result};
+use crate::text::bounds::Exponent;
 
 /// Fastest motion for which the steepness is reckoned [rad/s, m/s].
 const FAST: f64 = 3.0;
@@ -14,7 +15,7 @@ pub struct NonlinearViscousFriction {
     /// Load at unit velocity [N m, N].
     pub coefficients: PerJoint,
     /// Power of the velocity.
-    #[serde(default = "NonlinearViscousFriction::square")]
+    #[serde(default = "NonlinearViscousFriction::square", deserialize_with = "Exponent::read")]
     pub exponent: f64,
 }
 

@@ -5,12 +5,14 @@ use super::effect::{Moment, PlantEffect};
 use super::{check_finite, check_positive, joint_index};
 use crate::error::Result;
 use crate::robot::InertialParameters;
+use crate::text::bounds::{JointNumber, Mass};
 
 /// A body on a link that the robot file does not have. The controller does not know of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Payload {
     /// Mass \[kg\].
+    #[serde(deserialize_with = "Mass::read")]
     pub mass: f64,
     /// Centre of mass in the link's frame \[m\].
     pub com: [f64; 3],
@@ -18,7 +20,7 @@ pub struct Payload {
     #[serde(default)]
     pub inertia: [f64; 6],
     /// Number of the joint whose link carries it, from 1; the last one when not given.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "JointNumber::read")]
     pub link: Option<usize>,
 }
 

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::effect::{Moment, PlantEffect};
 use super::{PerJoint, check_positive, smooth_sign, usual_width};
 use crate::error::Result;
+use crate::text::bounds::{NotNegative, Positive};
 
 /// A spring across the joint, such as a bundle of cables: `stiffness (q - rest)`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -39,6 +40,7 @@ pub struct TorqueRipple {
     /// Amplitude [N m, N].
     pub amplitudes: PerJoint,
     /// Periods per turn.
+    #[serde(deserialize_with = "NotNegative::read")]
     pub harmonics: PerJoint,
     /// Phase \[rad\].
     #[serde(default)]
@@ -67,14 +69,16 @@ impl PlantEffect for TorqueRipple {
 #[serde(deny_unknown_fields)]
 pub struct PositionDependentFriction {
     /// Amplitude of the variation [N m, N].
+    #[serde(deserialize_with = "NotNegative::read")]
     pub levels: PerJoint,
     /// Periods per turn.
+    #[serde(deserialize_with = "NotNegative::read")]
     pub harmonics: PerJoint,
     /// Phase \[rad\].
     #[serde(default)]
     pub phases: PerJoint,
     /// Velocity at which 76 % of the sign is reached [rad/s, m/s].
-    #[serde(default = "usual_width")]
+    #[serde(default = "usual_width", deserialize_with = "Positive::read")]
     pub width: f64,
 }
 

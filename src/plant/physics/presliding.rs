@@ -4,6 +4,7 @@ use super::PerJoint;
 use super::check_positive;
 use super::effect::{Moment, OwnSlope, PlantEffect};
 use crate::error::{Error, Result};
+use crate::text::bounds::{NotNegative, Positive};
 
 /// Fastest motion for which the steepness is reckoned [rad/s, m/s].
 const FAST: f64 = 3.0;
@@ -17,17 +18,19 @@ const FAST: f64 = 3.0;
 #[serde(deny_unknown_fields)]
 pub struct PreslidingHysteresis {
     /// Load of a sliding joint [N m, N].
+    #[serde(deserialize_with = "NotNegative::read")]
     pub levels: PerJoint,
     /// Reciprocal of the way over which bristles bend [1/rad, 1/m].
+    #[serde(deserialize_with = "NotNegative::read")]
     pub stiffness: PerJoint,
     /// Damping of the bristles, as the time by which their rate adds to their state \[s\].
-    #[serde(default)]
+    #[serde(default, deserialize_with = "NotNegative::read")]
     pub damping: f64,
     /// Friction of breaking loose over that of sliding.
-    #[serde(default = "one")]
+    #[serde(default = "one", deserialize_with = "NotNegative::read")]
     pub static_ratio: f64,
     /// Velocity over which the excess fades [rad/s, m/s].
-    #[serde(default = "tenth")]
+    #[serde(default = "tenth", deserialize_with = "Positive::read")]
     pub velocity: f64,
 }
 

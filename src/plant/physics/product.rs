@@ -3,6 +3,7 @@ use serde::{Deserialize, Serialize};
 use super::effect::{Moment, PlantEffect};
 use super::{Factor, check_finite, joint_index};
 use crate::error::Result;
+use crate::text::bounds::JointNumber;
 
 /// A load that no catalogue has: `amplitude` times a product of [`Factor`]s, on one joint. Detents, end stops,
 /// piecewise laws, loads of three variables, and loads that follow a channel are all of this kind.
@@ -10,6 +11,7 @@ use crate::error::Result;
 #[serde(deny_unknown_fields)]
 pub struct Product {
     /// Number of the joint that carries the load, from 1.
+    #[serde(deserialize_with = "JointNumber::read")]
     pub joint: usize,
     /// Load where all factors are 1 [N m, N].
     pub amplitude: f64,

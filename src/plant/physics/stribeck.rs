@@ -3,17 +3,20 @@ use serde::{Deserialize, Serialize};
 use super::effect::{Moment, PlantEffect};
 use super::{PerJoint, check_positive, smooth_sign, usual_width};
 use crate::error::Result;
+use crate::text::bounds::{NotNegative, Positive};
 
 /// Extra dry friction of slow motion: `level tanh(dq / width) exp(-(dq / velocity)²)`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StribeckFriction {
     /// How much friction near rest exceeds that of motion [N m, N].
+    #[serde(deserialize_with = "NotNegative::read")]
     pub levels: PerJoint,
     /// Velocity over which the excess fades [rad/s, m/s].
+    #[serde(deserialize_with = "NotNegative::read")]
     pub velocities: PerJoint,
     /// Velocity at which 76 % of the sign is reached [rad/s, m/s].
-    #[serde(default = "usual_width")]
+    #[serde(default = "usual_width", deserialize_with = "Positive::read")]
     pub width: f64,
 }
 

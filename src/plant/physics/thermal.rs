@@ -3,6 +3,7 @@ use serde::{Deserialize, Serialize};
 use super::effect::{Moment, PlantEffect};
 use super::{PerJoint, check_finite, check_positive, smooth_sign, usual_width};
 use crate::error::Result;
+use crate::text::bounds::{NotNegative, Positive, Seconds};
 
 /// Friction that follows a joint's temperature: `(T - reference) (coulomb tanh(dq / width) + viscous dq)`.
 ///
@@ -18,8 +19,10 @@ pub struct ThermalFriction {
     #[serde(default)]
     pub viscous: PerJoint,
     /// Warming per way [K/rad, K/m].
+    #[serde(deserialize_with = "NotNegative::read")]
     pub heating: PerJoint,
     /// Time over which a warm joint cools \[s\].
+    #[serde(deserialize_with = "Seconds::read")]
     pub cooling_s: f64,
     /// Temperature of the surroundings, at which the other friction is meant \[degrees Celsius\].
     #[serde(default = "room")]
@@ -28,7 +31,7 @@ pub struct ThermalFriction {
     #[serde(default)]
     pub start: PerJoint,
     /// Velocity at which 76 % of the sign is reached [rad/s, m/s].
-    #[serde(default = "usual_width")]
+    #[serde(default = "usual_width", deserialize_with = "Positive::read")]
     pub width: f64,
 }
 

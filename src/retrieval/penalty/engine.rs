@@ -13,6 +13,7 @@ use crate::random::Stream;
 use crate::retrieval::checkpoint::{Checkpoint, Outcome};
 use crate::retrieval::polish::{Polish, Polisher, Target};
 use crate::retrieval::{FEASIBLE, Problem, RetrievalEngine, Retrieved, Watch};
+use crate::text::bounds::{Moves, Runs, Stages};
 
 /// A stage that improves the objective by less than this share is the last.
 const WORTH: f64 = 1e-4;
@@ -32,10 +33,13 @@ pub struct PenaltyEngine {
     /// The user's name for this entry.
     pub label: Option<String>,
     /// Independent runs (`Q`).
+    #[serde(deserialize_with = "Runs::read")]
     pub runs: usize,
     /// Most stages of a run (`kappa`).
+    #[serde(deserialize_with = "Stages::read")]
     pub stages: usize,
     /// Moves tried in each stage.
+    #[serde(deserialize_with = "Moves::read")]
     pub proposals: usize,
     /// Measure of a violation while annealing.
     pub penalty: PenaltyForm,

@@ -15,6 +15,7 @@ use crate::random::Stream;
 use crate::retrieval::checkpoint::{Checkpoint, Outcome};
 use crate::retrieval::polish::{Polish, Polisher, Target};
 use crate::retrieval::{Problem, RetrievalEngine, Retrieved, Watch};
+use crate::text::bounds::{Moves, Positive, Runs, Share, Stages};
 
 /// Engine `penalty_paper`: `Q` runs from uniform random starts; `kappa` stages with the penalty's weight
 /// `xi = 0, 10, 20, ..`; in each simulated annealing over all coordinates at once, then a polish.
@@ -29,16 +30,22 @@ pub struct PaperEngine {
     /// The user's name for this entry.
     pub label: Option<String>,
     /// Independent runs (`Q`).
+    #[serde(deserialize_with = "Runs::read")]
     pub runs: usize,
     /// Stages of a run (`kappa`).
+    #[serde(deserialize_with = "Stages::read")]
     pub stages: usize,
     /// Evaluations of the annealing in each stage.
+    #[serde(deserialize_with = "Moves::read")]
     pub evaluations: usize,
     /// Temperature at the start of a stage: of the objective, and of the length of moves.
+    #[serde(deserialize_with = "Positive::read")]
     pub temperature: f64,
     /// Factor on the temperature from move to move.
+    #[serde(deserialize_with = "Share::read")]
     pub cooling: f64,
     /// Moves after which the temperature returns to its start.
+    #[serde(deserialize_with = "Moves::read")]
     pub reanneal: usize,
     /// Measure of a violation.
     pub penalty: PenaltyForm,
@@ -100,10 +107,10 @@ impl PaperEngine {
 
     fn check(&self) -> Result<()> {
         if !(self.temperature > 0.0 && self.temperature.is_finite()) {
-            return Err(Error::new("the temperature is not positive").help("Matlab starts at 100"));
+            return Err(Error::new("the `temperature` is not positive").help("Matlab starts at 100"));
         }
         if !(self.cooling > 0.0 && self.cooling < 1.0) {
-            return Err(Error::new("the cooling factor is not between 0 and 1").help("Matlab uses 0.95"));
+            return Err(Error::new("the factor of `cooling` is not between 0 and 1").help("Matlab uses 0.95"));
         }
         Ok(())
     }

@@ -12,11 +12,16 @@ use crate::random::Stream;
 use crate::retrieval::checkpoint::{Checkpoint, Origin, Outcome};
 use crate::retrieval::{FEASIBLE, Problem, RetrievalEngine, Retrieved, Step, Watch};
 use crate::text;
+use crate::text::bounds::{Runs, Stages};
 
 /// The caller is asked whether to go on once in so many questions of the solvers.
 const ASK_EVERY: usize = 100;
 /// A checkpoint is written whenever this share of the runs has been added (and when stopped).
 const SAVE_PARTS: usize = 20;
+/// Most stages of all runs together.
+const MOST_STAGES: usize = 1_000_000;
+/// Most numbers that finished runs keep; ten such numbers are some hundred megabytes in checkpoints.
+const MOST_KEPT: usize = 10_000_000;
 
 /// What all runs of an engine have in common.
 pub(in crate::retrieval) struct Plan<'a> {
@@ -120,13 +125,15 @@ pub(in crate::retrieval) fn random_start(problem: &Problem, stream: &mut Stream)
 
 /// What a search needs of its settings and of a problem.
 fn check(problem: &Problem, runs: usize, stages: usize) -> Result<()> {
-    if runs == 0 || stages == 0 {
-        let which = if runs == 0 { "runs" } else { "stages" };
-        return Err(
-            Error::new(format!("the engine has no {which}")).help(format!("set {which} to at least 1"))
-        );
-    }
+    Runs::check("runs", runs)?;
+    Stages::check("stages", stages)?;
     let space = problem.chart.space();
+    if runs * stages > MOST_STAGES || runs * space.len().max(1) > MOST_KEPT {
+        return Err(Error::new(format!("`runs` is {runs}, with {stages} stages and {} unknowns", space.len()))
+            .help(format!(
+                "runs times stages are at most {MOST_STAGES}, and runs times unknowns, which are kept, {MOST_KEPT}"
+            )));
+    }
     let sizes = [problem.space.len(), problem.objective.r.ncols()];
     if sizes.iter().any(|&n| n != space.len()) || problem.objective.r.nrows() != problem.objective.d.len() {
         return Err(Error::new("space, chart and objective of the problem differ in size"));
