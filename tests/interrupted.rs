@@ -185,7 +185,7 @@ fn an_interrupted_diagnosis_keeps_what_it_had_found() {
 
 #[test]
 fn a_system_that_shuts_down_is_as_good_as_ctrl_c() {
-    let folder = study(100_000, 1);
+    let folder = study(400, 1);
     let folder = folder.path();
     let child =
         lacuna(folder, "out", &[]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");

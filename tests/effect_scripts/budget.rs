@@ -34,15 +34,18 @@ fn log(folder: &Path, rows: usize) -> PathBuf {
 
 #[test]
 fn the_time_of_a_script_counts_at_the_samples_too() {
-    let written = format!(r#"{{"script": (path: "slow.rhai", seconds: 0.3, text: {:?})}}"#, one(SLOW));
+    let written = format!(
+        r#"{{"script": (path: "slow.rhai", seconds: 2.0, text: {:?})}}"#,
+        one(&SLOW.replace("30000", "5000"))
+    );
     let effect: Box<dyn Effect> = lacuna::text::from_ron(&written).expect("reads");
-    let (arm, run) = (robot("two_link.ron"), motion(4000));
+    let (arm, run) = (robot("two_link.ron"), motion(60_000));
     let error = columns(effect.as_ref(), &arm, &run, 400).expect_err("takes minutes");
     let told = error.to_string();
-    assert!(told.contains("more than 0.3 s") && told.contains("slow.rhai:2:4"), "{told}");
+    assert!(told.contains("more than 2 s") && told.contains("slow.rhai:2:4"), "{told}");
     assert!(told.contains("`columns`") && told.contains("help: ") && told.contains("`seconds`"), "{told}");
     let again = columns(effect.boxed().as_ref(), &arm, &motion(1), 1).expect_err("nothing is left");
-    assert!(again.to_string().contains("more than 0.3 s"), "{again}");
+    assert!(again.to_string().contains("more than 2 s"), "{again}");
 }
 
 #[test]

@@ -11,16 +11,16 @@ const WIDE: &str = "fn constrain(robot, links, with) {
         let p = l.pseudo_inertia;
         for i in 0..4 { for j in 0..4 { all += entry(p, i, j) * (1.0 + 0.1 * i + 0.01 * j); } }
     }
-    let x = all;
-    for i in 0..90000 { x *= 1.0001; }
-    [x >= 0.0]
+    let three = vector(all, 2.0 * all, 3.0 * all);
+    for i in 0..30000 { three = three * 1.0001; }
+    [three.x >= 0.0]
 }";
 
 /// Many rules that no cone expresses, each a program as long as the one before.
 const PROGRAMS: &str = "fn constrain(robot, links, with) {
-    let x = links[0].mass * links[1].mass / robot.links[1].mass;
     let s = 0.0;
-    for i in 0..20000 { s += sin(0.0001 * i * links[0].mass / links[1].mass); }
+    let ratio = links[0].mass / links[1].mass;
+    for i in 0..20000 { s += sin(i * ratio); }
     let all = [];
     for i in 0..900 { all.push(margin(\"rule\", s + i)); }
     all
