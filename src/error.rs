@@ -36,12 +36,14 @@ pub struct Error {
     what: String,
     place: Option<Place>,
     help: Option<String>,
+    /// Whether it is about the work, not about what is worked on.
+    ends: bool,
 }
 
 impl Error {
     /// A message without a place, for trouble that is not in a file.
     pub fn new(what: impl Into<String>) -> Self {
-        Self { what: what.into(), place: None, help: None }
+        Self { what: what.into(), place: None, help: None, ends: false }
     }
 
     /// The same error, placed in a file.
@@ -88,6 +90,19 @@ impl Error {
     pub fn or_help(mut self, help: impl Into<String>) -> Self {
         self.help.get_or_insert_with(|| help.into());
         self
+    }
+
+    /// The same error, as one that ends the work: a limit was reached or somebody stopped it, so it says nothing about
+    /// the data and is no reason to go on without what it is about.
+    #[must_use]
+    pub(crate) fn ending(mut self) -> Self {
+        self.ends = true;
+        self
+    }
+
+    /// Whether it ends the work.
+    pub(crate) fn ends_work(&self) -> bool {
+        self.ends
     }
 
     /// The message without place and help.

@@ -27,6 +27,7 @@ pub mod script;
 pub mod signals;
 pub mod simulate;
 pub mod space;
+mod stop;
 pub mod study;
 pub mod text;
 pub mod workbench;

@@ -117,6 +117,7 @@ impl Model {
         for (number, effect) in self.effects.iter().enumerate().filter(|(_, e)| which(e.as_ref())) {
             let slots = &self.slots[number];
             for range in stretches(effect.as_ref(), 0..run.samples()) {
+                run.stop.check()?;
                 let mut wanted = |term: usize, joint: usize, fill: &mut dyn FnMut(&mut [f64])| {
                     let Some(column) = slots[term] else { return };
                     let room = &mut room[..range.len()];
@@ -136,6 +137,7 @@ impl Model {
     /// # Errors
     /// When the run lacks something an effect needs.
     pub fn fill(&self, run: &Run, range: Range<usize>, block: &mut ModelBlock) -> Result<()> {
+        run.stop.check()?;
         block.reset(range.len());
         for (number, effect) in self.effects.iter().enumerate() {
             let slots = &self.slots[number];

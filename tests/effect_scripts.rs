@@ -2,6 +2,8 @@
 
 mod common;
 
+#[path = "effect_scripts/budget.rs"]
+mod budget;
 #[path = "effect_scripts/refused.rs"]
 mod refused;
 

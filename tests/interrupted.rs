@@ -47,10 +47,14 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
+fn send(signal: &str, child: &Child) {
+    let kill = Command::new("kill").args([signal, &child.id().to_string()]).status().expect("kill is there");
+    assert!(kill.success());
+}
+
 /// Presses Ctrl-C on a child and waits for its end.
 fn interrupt(child: Child) -> Output {
-    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill is there");
-    assert!(kill.success());
+    send("-INT", &child);
     child.wait_with_output().expect("it ends")
 }
 
@@ -177,4 +181,60 @@ fn an_interrupted_diagnosis_keeps_what_it_had_found() {
     let steps = diagnosis["ladder"].as_array().expect("a list");
     let found = steps[0]["effect"].as_str().expect("a name");
     assert!(first.contains(found) && read("model.ron").contains(found), "{first}: {found}");
+}
+
+#[test]
+fn a_system_that_shuts_down_is_as_good_as_ctrl_c() {
+    let folder = study(400, 1);
+    let folder = folder.path();
+    let child =
+        lacuna(folder, "out", &[]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
+    wait_for("a checkpoint", || checkpoint(folder, "out").exists());
+    send("-TERM", &child);
+    let ended = child.wait_with_output().expect("it ends");
+    let (said, shown) = (text(&ended.stdout), text(&ended.stderr));
+    assert_eq!(ended.status.code(), Some(1), "{shown}");
+    assert!(shown.contains("keeping the best"), "{shown}");
+    assert!(said.contains("--resume out"), "{said}");
+    assert!(checkpoint(folder, "out").exists());
+    assert!(report(folder, "out")["retrievals"][0]["objective"].is_f64());
+}
+
+/// A log of the two-link robot, so long that every step of a diagnosis takes a while.
+fn long_log(file: &Path) {
+    use std::io::Write;
+    let mut out = std::io::BufWriter::new(std::fs::File::create(file).expect("creates"));
+    writeln!(out, "t,q1,q2,dq1,dq2,tau1,tau2").expect("writes");
+    for k in 0..300_000 {
+        let t = 0.002 * f64::from(k);
+        let (a, b) = (0.7 * t, 1.3 * t);
+        let (q, dq) = ([a.sin(), b.cos()], [0.7 * a.cos(), -1.3 * b.sin()]);
+        let tau = [9.0 * q[0] + 0.4 * dq[0].signum(), 3.0 * q[1] + 0.2 * q[0] * dq[1]];
+        writeln!(out, "{t:.3},{:.6},{:.6},{:.6},{:.6},{:.5},{:.5}", q[0], q[1], dq[0], dq[1], tau[0], tau[1])
+            .expect("writes");
+    }
+}
+
+#[test]
+fn ctrl_c_with_nothing_found_yet_ends_at_once_however_long_the_log() {
+    let folder = tempfile::tempdir().expect("a folder");
+    long_log(&folder.path().join("long.csv"));
+    std::fs::copy("robots/two_link.ron", folder.path().join("two_link.ron")).expect("copies");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_lacuna"))
+        .current_dir(folder.path())
+        .args(["diagnose", "--robot", "two_link.ron", "--data", "long.csv", "--auto", "--out", "out"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("starts");
+    let mut lines = BufReader::new(child.stderr.take().expect("a pipe")).lines().map_while(Result::ok);
+    assert!(lines.any(|line| line.contains("choosing the source")), "the logs are read");
+    send("-INT", &child);
+    let rest: Vec<String> = lines.collect();
+    let ended = child.wait_with_output().expect("it ends");
+    // Whoever waits for the end of a step answers with what was found, and with 1.
+    assert_eq!(ended.status.code(), Some(130), "{rest:?}");
+    assert!(ended.stdout.is_empty() && !rest.iter().any(|l| l.contains("keeping")), "{rest:?}");
+    let left = std::fs::read_dir(folder.path().join("out")).map_or(0, Iterator::count);
+    assert_eq!(left, 0, "nothing half-written");
 }

@@ -1,5 +1,7 @@
 //! Constraint scripts: what is refused, what the shipped ones mean, and the interpreter as oracle of the forms.
 
+#[path = "scripts/budget.rs"]
+mod budget;
 #[path = "scripts/check.rs"]
 mod check;
 #[path = "scripts/oracle.rs"]

@@ -5,6 +5,8 @@ mod client;
 #[path = "workbench/data.rs"]
 mod data;
 
+#[path = "workbench/stop.rs"]
+mod stop;
 #[path = "workbench/work.rs"]
 mod work;
 

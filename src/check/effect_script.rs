@@ -12,6 +12,7 @@ use crate::model::Model;
 use crate::robot::Robot;
 use crate::script::{EffectScript, Setting};
 use crate::signals::{Folds, Run, Settings, prepare};
+use crate::stop::Stop;
 
 pub(super) fn examine(path: &Path, options: &Options, report: &mut Report) -> Result<()> {
     let effect = ScriptedEffect::open(path, Joints::All)?;
@@ -24,7 +25,7 @@ pub(super) fn examine(path: &Path, options: &Options, report: &mut Report) -> Re
         return Ok(());
     };
     let robot = open_robot(robot, options.gravity)?.0;
-    let lowered = effect.lowered(&robot)?;
+    let lowered = effect.lowered(&robot, &options.stop)?;
     let joints = lowered.joints.len();
     report.sections.push(Section::wrapped(
         "on the robot",
@@ -39,7 +40,7 @@ pub(super) fn examine(path: &Path, options: &Options, report: &mut Report) -> Re
     };
     let map = options.columns.as_ref().map(ColumnMap::open).transpose()?;
     let log = Log::open(data, &robot, map.as_ref())?;
-    report.sections.push(on_log(&effect, &robot, &log)?);
+    report.sections.push(on_log(&effect, &robot, &log, &options.stop)?);
     report.next = vec![
         format!("in a scenario: effects: [.., {{\"script\": (path: \"{}\")}}]", path.display()),
         "with the path from there, and `joints: Only([..])`, `with: {..}` as needed".into(),
@@ -89,8 +90,8 @@ fn parameters(script: &EffectScript) -> Vec<String> {
 }
 
 /// Classical model with and without the effect, fitted and held out.
-fn on_log(effect: &ScriptedEffect, robot: &Robot, log: &Log) -> Result<Section> {
-    let (run, _) = prepare(log, &Settings::default())?;
+fn on_log(effect: &ScriptedEffect, robot: &Robot, log: &Log, stop: &Stop) -> Result<Section> {
+    let run = Run { stop: stop.clone(), ..prepare(log, &Settings::default())?.0 };
     let title = format!("tried on {}", log.name);
     let mut runs = [run];
     if let Some(lacking) = effect.undecidable(robot, &runs) {

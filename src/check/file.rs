@@ -16,6 +16,7 @@ use crate::robot::Robot;
 use crate::scenario::{Published, PublishedFriction};
 use crate::signals::{Mode, Settings, thinned};
 use crate::simulate;
+use crate::stop::Stop;
 use crate::text;
 
 /// What may be given beside the file.
@@ -29,6 +30,8 @@ pub struct Options {
     pub columns: Option<PathBuf>,
     /// Gravity to use instead of the robot file's [m/s², base frame].
     pub gravity: Option<[f64; 3]>,
+    /// When what takes long (a script) ends.
+    pub stop: Stop,
 }
 
 /// Checks a file. What is wrong with it stands in the report.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::file::{Options, open_robot};
 use super::report::{Report, Section, number};
-use crate::constraints::{Explanation, FormExplanation, explain};
+use crate::constraints::{Explanation, FormExplanation, explain_until};
 use crate::error::Result;
 use crate::script::Script;
 
@@ -20,7 +20,7 @@ pub(super) fn examine(path: &Path, options: &Options, report: &mut Report) -> Re
         ];
         return Ok(());
     };
-    let explanation = explain(path, &open_robot(robot, options.gravity)?.0)?;
+    let explanation = explain_until(path, &open_robot(robot, options.gravity)?.0, &options.stop)?;
     report.remarks.extend(remark(&explanation));
     report.script = Some(explanation);
     report.next = vec![

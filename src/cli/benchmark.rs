@@ -5,6 +5,7 @@ use lacuna::{Error, Result, text};
 use serde::Serialize;
 
 use super::console::Console;
+use super::interrupt::Interrupt;
 use super::{Global, json, print, print_json};
 
 /// Flags of `lacuna benchmark`.
@@ -37,6 +38,8 @@ impl Benchmark {
             None => global.seed.unwrap_or(1),
         };
         let items = self.items(seed)?;
+        // What is done stands in the folder, so it ends at once.
+        Interrupt::install(global.quiet)?;
         let mut record = match &global.resume {
             Some(folder) => Record::open(&folder.join("benchmark.json"), seed)?,
             None => Record::new(seed),

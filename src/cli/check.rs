@@ -29,7 +29,13 @@ impl Check {
     /// True when nothing is wrong; what makes the file unusable is the error.
     pub(super) fn run(self, global: &Global) -> Result<bool> {
         let gravity = self.gravity.as_deref().map(gravity).transpose()?;
-        let options = Options { robot: self.robot, data: self.data, columns: self.columns, gravity };
+        let options = Options {
+            robot: self.robot,
+            data: self.data,
+            columns: self.columns,
+            gravity,
+            ..Options::default()
+        };
         let report = check::file(&self.file, &options);
         if global.json {
             print_json(&report)?

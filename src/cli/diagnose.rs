@@ -5,7 +5,7 @@ mod wishes;
 use std::path::{Path, PathBuf};
 
 use lacuna::check::{Kind, misplaced};
-use lacuna::diagnose::{Limits, Outcome, Request, Stop, Verdict, diagnose};
+use lacuna::diagnose::{Limits, Outcome, Request, Verdict, diagnose};
 use lacuna::signals::Run;
 use lacuna::{Error, Result, report, text};
 
@@ -52,7 +52,6 @@ impl Diagnose {
         }
         let inputs = self.inputs()?;
         let interrupt = Interrupt::install(global.quiet)?;
-        let asked = interrupt.clone();
         let folds = |runs: &[Run]| inputs.hold_out.folds(runs);
         let request = Request {
             robot: &inputs.robot,
@@ -67,7 +66,7 @@ impl Diagnose {
             auto: self.auto,
             nested: self.nested,
             extra: inputs.extra,
-            limits: Limits { stop: Stop::when(move || asked.flow().is_break()), ..Limits::default() },
+            limits: Limits { stop: interrupt.search(), ..Limits::default() },
             seed: global.seed.unwrap_or(inputs.seed),
         };
         let mut told = progress::Told::default();

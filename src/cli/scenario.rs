@@ -34,6 +34,7 @@ pub(super) fn run(file: &Path, data: Vec<PathBuf>, global: &Global, console: &Co
         },
         watch: &watch,
         checkpoint: Some(Checkpoint { folder: out.clone(), resume: global.resume.is_some() }),
+        stop: Default::default(),
     };
     let outcome = study::run(file, options)
         .map_err(|e| logs.iter().fold(e, |error, log| misplaced(error, log, &[Kind::Log])))?;

@@ -2,6 +2,7 @@ use lacuna::workbench::{Options, Workbench as Open};
 use lacuna::{Error, Result};
 use serde_json::json;
 
+use super::interrupt::Interrupt;
 use super::sources::Sources;
 use super::{Global, print, print_json};
 
@@ -47,6 +48,8 @@ impl Workbench {
             port: self.port,
             seed: global.seed,
         };
+        // What is finished stands in the folder, so it ends at once.
+        Interrupt::install(global.quiet)?;
         let bench = Open::open(&options)?;
         let folder = bench.folder().display().to_string();
         if global.json {

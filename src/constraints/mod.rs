@@ -57,6 +57,7 @@ pub use mirrored_links::{Axis, MirroredLinks};
 pub use parameter_bounds::ParameterBounds;
 pub use positive_mass::PositiveMass;
 pub use pseudo_inertia::PseudoInertia;
+pub(crate) use script::explain_until;
 pub use script::{Explanation, FormExplanation, RuleExplanation, Scripted, explain};
 pub use search::{Bound, SearchSpace, search_space};
 pub use shape::{Extent, Shape};
@@ -70,6 +71,7 @@ use std::path::Path;
 use crate::error::Result;
 use crate::form::{Affine, Form};
 use crate::robot::Robot;
+use crate::stop::Stop;
 use crate::text;
 
 /// What a constraint says about itself; printed by `lacuna list constraints NAME`.
@@ -104,6 +106,9 @@ pub trait Constraint: Debug + Send + Sync {
     fn load(&mut self, _folder: &Path) -> Result<()> {
         Ok(())
     }
+
+    /// Told which work it belongs to, before its forms are asked for: they may take long where a script states them.
+    fn ends_with(&mut self, _stop: &Stop) {}
 
     /// The forms it stands for on this robot.
     ///

@@ -11,7 +11,8 @@ use super::{About, Constraint, LinkSpace, Links};
 use crate::error::{Error, Result};
 use crate::form::{Body as FormBody, Form};
 use crate::robot::{InertialParameters, PARAMETERS_PER_LINK, Robot};
-use crate::script::{Body, Limits, Lowered, Script, Settings, Subject};
+use crate::script::{Body, Limits, Lowered, Script, Settings, Subject, Usage};
+use crate::stop::Stop;
 use crate::text::{self, files};
 
 /// Rules that a rhai file states.
@@ -33,6 +34,10 @@ pub struct Scripted {
     loaded: Option<Script>,
     #[serde(skip)]
     cancel: Option<Arc<AtomicBool>>,
+    #[serde(skip)]
+    stop: Stop,
+    #[serde(skip)]
+    used: Usage,
 }
 
 fn ten() -> f64 {
@@ -73,6 +78,8 @@ impl Scripted {
             seconds: ten(),
             loaded: Some(script),
             cancel: None,
+            stop: Stop::default(),
+            used: Usage::default(),
         }
     }
 
@@ -83,7 +90,8 @@ impl Scripted {
     }
 
     fn limits(&self) -> Limits {
-        Limits { seconds: self.seconds, cancel: self.cancel.clone(), ..Limits::default() }
+        let (cancel, stop, used) = (self.cancel.clone(), self.stop.clone(), self.used.clone());
+        Limits { seconds: self.seconds, cancel, stop, used, ..Limits::default() }
     }
 
     fn lower(&self, robot: &Robot, space: &LinkSpace) -> Result<Lowered> {
@@ -124,6 +132,10 @@ impl Constraint for Scripted {
         let text = text::read(&files::inside(folder, &self.path)?)?;
         self.loaded = Some(Script::new(self.path.clone(), text));
         Ok(())
+    }
+
+    fn ends_with(&mut self, stop: &Stop) {
+        self.stop.clone_from(stop);
     }
 
     fn forms(&self, robot: &Robot, space: &LinkSpace) -> Result<Vec<Form>> {
@@ -226,9 +238,15 @@ pub struct FormExplanation {
 /// # Errors
 /// When the script is refused; with file, line, column and what is known.
 pub fn explain(path: &Path, robot: &Robot) -> Result<Explanation> {
+    explain_until(path, robot, &Stop::default())
+}
+
+/// The same in work that may be stopped.
+pub(crate) fn explain_until(path: &Path, robot: &Robot, stop: &Stop) -> Result<Explanation> {
     let script = Script::open(path)?;
     let space = LinkSpace::new(robot, &[]);
-    let constraint = Scripted::from_script(script, Settings::default());
+    let mut constraint = Scripted::from_script(script, Settings::default());
+    constraint.ends_with(stop);
     let lowered = constraint.lower(robot, &space)?;
     let (z, sample) = sample(robot, &space);
     let rules = lowered.rules.iter().map(|rule| RuleExplanation {

@@ -41,6 +41,7 @@ impl Ladder {
         self.refit()?;
         let after = self.rms();
         let together = added.len() > 1;
+        self.limits.stop.found();
         for (part, step) in added {
             say(&format!("found {}", self.parts.title(part, &self.data.robot)));
             let (before, after) = (before.clone(), after.clone());

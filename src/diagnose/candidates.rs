@@ -116,9 +116,14 @@ pub(super) fn catalogue(data: &Data, widths: &[f64], extra: &[Box<dyn Effect>]) 
 }
 
 /// Computes the columns of all candidates: of all, or of those that depend on the model's own torque.
-pub(super) fn fill(candidates: &mut [Candidate], data: &Data, only_model_dependent: bool) {
+///
+/// # Errors
+/// When the work is stopped, or a script has used up what it may: that is no reason to go on without it.
+pub(super) fn fill(candidates: &mut [Candidate], data: &Data, only_model_dependent: bool) -> Result<()> {
     candidates
         .par_iter_mut()
         .filter(|c| c.columns.is_empty() || !only_model_dependent || c.effect.needs_torque())
         .for_each(|candidate| candidate.fill(data));
+    let ending = candidates.iter().filter_map(|c| c.trouble.as_ref()).find(|t| t.ends_work());
+    ending.map_or(Ok(()), |trouble| Err(trouble.clone()))
 }

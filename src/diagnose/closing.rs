@@ -260,6 +260,7 @@ impl Ladder {
         let (proposal, nearest) = match found {
             Found::Variable(unknown) => {
                 let joint = self.data.robot.joints[unknown.joint].name.clone();
+                self.limits.stop.found();
                 say(&format!("unknown on {joint}, depends on {}", unknown.depends_on.join(", ")));
                 self.unknown.push(unknown);
                 return Ok(false);
@@ -277,6 +278,7 @@ impl Ladder {
         let part = Part::found(&self.data, effect, Some(index), &values)?;
         let part = self.parts.add(part);
         self.refit()?;
+        self.limits.stop.found();
         say(&format!("unknown on {joint}, depends on {}: a formula fits", proposal.formula.variable));
         let usefulness = self.usefulness(Some(index), &proposal.score);
         self.unknown.push(Unknown {

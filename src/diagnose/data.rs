@@ -166,6 +166,11 @@ impl Data {
         all
     }
 
+    /// What is still to be done is done to its end, whoever stops the work.
+    pub fn work_on(&mut self) {
+        self.runs.iter_mut().for_each(|run| run.stop = run.stop.to_the_end());
+    }
+
     /// Columns of an effect.
     pub fn columns(&self, effect: &dyn Effect) -> Result<Vec<Column>> {
         self.columns_of(effect, None)
@@ -199,6 +204,7 @@ impl Data {
         for (run, pieces) in self.runs.iter().zip(&self.pieces) {
             let (mut scratch, mut first) = (None, 0);
             for piece in pieces {
+                run.stop.check()?;
                 let range = piece.samples.clone();
                 let at = Stretch { robot: &self.robot, chain: &self.chain, run, range };
                 let mut queue = Queue::new(run, piece);

@@ -98,6 +98,7 @@ impl Request<'_> {
     /// Prepared runs of all logs as rows; candidates exist in those of the logs to explain.
     pub(super) fn data(&self, chosen: &Chosen, runs: Vec<Run>) -> Result<Data> {
         let mut data = Data::new(self.robot, runs, chosen.folds.clone())?;
+        data.runs.iter_mut().for_each(|run| run.stop.clone_from(&self.limits.stop));
         data.changed = (0..data.runs.len()).map(|k| k >= self.reference.len()).collect();
         Ok(data)
     }
@@ -154,16 +155,27 @@ pub fn diagnose(mut request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<O
     // A delay of the whole robot is mended before anything that it may have imitated is believed.
     let (mut late, mut unmended): (Option<Late>, Option<Look>) = (None, None);
     for _ in 0..MENDINGS {
-        if request.limits.stop.asked() || !Late::note(&mut late, &look.telling(&request, &look.base))? {
+        if request.limits.stop.asked() {
+            break;
+        }
+        // What was found is told from here on, so this is done to its end.
+        look.ladder.data.work_on();
+        if !Late::note(&mut late, &look.telling(&request, &look.base))? {
             break;
         }
         let Some(late) = &mut late else { break };
-        late.settle(&request, &look.chosen, &logs)?;
-        say(&format!("the torque is {}: put in step, looking again", late.words()));
-        let again = Look::at(&request, &late.mended(&logs), &mut timing, say)?;
+        let again = late.settle(&request, &look.chosen, &logs).and_then(|()| {
+            say(&format!("the torque is {}: put in step, looking again", late.words()));
+            Look::at(&request, &late.mended(&logs), &mut timing, say)
+        });
+        let again = match again {
+            Err(_) if request.limits.stop.asked() => break,
+            again => again?,
+        };
         let before = std::mem::replace(&mut look, again);
         unmended.get_or_insert(before);
     }
+    look.ladder.data.work_on();
     let first =
         unmended.as_ref().filter(|u| u.ladder.data.count() == look.ladder.data.count()).unwrap_or(&look);
     let telling = look.telling(&request, &first.base);
@@ -175,7 +187,10 @@ pub fn diagnose(mut request: Request<'_>, say: &mut dyn FnMut(&str)) -> Result<O
     }
     let model = model_file(first, &look, &request, delayed)?;
     if let Some(until) = request.nested.filter(|_| !request.limits.stop.asked()) {
-        diagnosis.nested = Some(nested::run(&request, &first.chosen, until, say)?);
+        diagnosis.nested = match nested::run(&request, &first.chosen, until, say) {
+            Err(_) if request.limits.stop.asked() => None,
+            done => Some(done?),
+        };
     }
     // Who adds effects one by one sees what these do; otherwise what everything that was found would.
     let one_by_one = !request.auto && !request.add.is_empty();
@@ -223,14 +238,13 @@ impl Look {
         let added = asked::add(&mut ladder, &request.add)?;
         let clock = Instant::now();
         if undecided.iter().all(|(_, blocks)| !blocks) {
-            climb_honestly(request, &chosen, &mut ladder, logs, say)?;
-            if !request.limits.stop.asked()
-                && let Some(better) = signals::again(request, &chosen, &ladder, logs)?
-            {
-                say(&format!("again with positions filtered at {} Hz", better.settings.position_cutoff_hz));
-                ladder.move_to(request.data(&better, better.runs.clone())?)?;
-                chosen = better;
-                climb_honestly(request, &chosen, &mut ladder, logs, say)?;
+            match climb(request, &mut chosen, &mut ladder, logs, say) {
+                // What was cut short is made whole again: the parts that were found by then are fitted as they are.
+                Err(_) if request.limits.stop.asked() => {
+                    ladder.data.work_on();
+                    ladder.refit()?;
+                }
+                done => done?,
             }
         }
         *timing.entry("search".to_string()).or_default() += clock.elapsed().as_secs_f64();
@@ -255,6 +269,26 @@ impl Look {
     }
 }
 
+/// Searches, and once more where other signals serve the model that was found better.
+fn climb(
+    request: &Request<'_>,
+    chosen: &mut Chosen,
+    ladder: &mut Ladder,
+    logs: &[Log],
+    say: &mut dyn FnMut(&str),
+) -> Result<()> {
+    climb_honestly(request, chosen, ladder, logs, say)?;
+    if !request.limits.stop.asked()
+        && let Some(better) = signals::again(request, chosen, ladder, logs)?
+    {
+        say(&format!("again with positions filtered at {} Hz", better.settings.position_cutoff_hz));
+        ladder.move_to(request.data(&better, better.runs.clone())?)?;
+        *chosen = better;
+        climb_honestly(request, chosen, ladder, logs, say)?;
+    }
+    Ok(())
+}
+
 pub(super) fn start(
     data: Data,
     request: &Request<'_>,
@@ -265,7 +299,7 @@ pub(super) fn start(
     ladder.candidates = candidates::catalogue(&ladder.data, &ladder.parts.widths, &request.extra)?;
     say("computing the catalogue");
     ladder.refresh_torque()?;
-    candidates::fill(&mut ladder.candidates, &ladder.data, false);
+    candidates::fill(&mut ladder.candidates, &ladder.data, false)?;
     Ok(ladder)
 }
 

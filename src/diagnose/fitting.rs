@@ -20,6 +20,7 @@ use crate::predict::{predict, prediction_errors};
 use crate::report::finite;
 use crate::report::pictures::{Pictures, Ranked, Role, Trace};
 use crate::signals::{Run, Settings};
+use crate::stop::Stop;
 
 /// Candidates whose columns are held at the same time for a ranking.
 const AT_ONCE: usize = 32;
@@ -89,7 +90,16 @@ impl Fitting {
         let data = request.data(&chosen, runs)?;
         let ladder = request.bare(data, &chosen)?;
         let unseen = unseen_runs(&ladder.data, &request.validate, &chosen)?;
-        Ok(Self { chosen, ladder, unseen, extra })
+        let mut fitting = Self { chosen, ladder, unseen, extra };
+        fitting.work_for(&request.limits.stop);
+        Ok(fitting)
+    }
+
+    /// What it does from now on belongs to the work that `stop` ends.
+    pub fn work_for(&mut self, stop: &Stop) {
+        self.ladder.limits.stop.clone_from(stop);
+        let runs = self.ladder.data.runs.iter_mut().chain(&mut self.unseen);
+        runs.for_each(|run| run.stop.clone_from(stop));
     }
 
     /// The settings of the signal step.
@@ -140,7 +150,7 @@ impl Fitting {
         }
         // Columns of this effect alone: the others only tell what names are known.
         for candidate in self.ladder.candidates.iter_mut().filter(|c| c.name() == effect) {
-            candidates::fill(std::slice::from_mut(candidate), &self.ladder.data, false);
+            candidates::fill(std::slice::from_mut(candidate), &self.ladder.data, false)?;
         }
         asked::add(&mut self.ladder, &wanted)?;
         if self.ladder.parts.numbers().len() == before {
@@ -161,7 +171,7 @@ impl Fitting {
         // A few at a time: the columns of a whole catalogue take more room than the logs.
         while !open.is_empty() {
             ladder.candidates = open.drain(..open.len().min(AT_ONCE)).collect();
-            candidates::fill(&mut ladder.candidates, &ladder.data, false);
+            candidates::fill(&mut ladder.candidates, &ladder.data, false)?;
             ladder.rank();
             all.append(&mut ladder.ranking);
         }

@@ -145,7 +145,7 @@ impl Ladder {
             self.parts.replace(part, &self.data, effect)?;
         }
         self.refit()?;
-        candidates::fill(&mut self.candidates, &self.data, false);
+        candidates::fill(&mut self.candidates, &self.data, false)?;
         self.refresh_candidates()
     }
 
@@ -180,7 +180,7 @@ impl Ladder {
     /// Columns of the candidates that depend on the model's torque, from the model at hand.
     pub fn refresh_candidates(&mut self) -> Result<()> {
         self.refresh_torque()?;
-        candidates::fill(&mut self.candidates, &self.data, true);
+        candidates::fill(&mut self.candidates, &self.data, true)?;
         Ok(())
     }
 
@@ -191,6 +191,7 @@ impl Ladder {
         }
         say("looking for contacts");
         let Some(contact) = events::contact(&self.data, &self.present, &self.floor)? else { return Ok(()) };
+        self.limits.stop.found();
         say(&format!("contact from {:.2} s to {:.2} s", contact.effect.from_s, contact.effect.to_s));
         let before = self.rms();
         let part = Part::found(&self.data, contact.effect.boxed(), None, &contact.force)?;
@@ -266,45 +267,62 @@ impl Ladder {
     /// Adds what explains most until nothing passes, or the limit of steps is reached.
     pub fn climb(&mut self, say: &mut dyn FnMut(&str)) -> Result<()> {
         while self.rungs.len() < self.limits.steps && !self.limits.stop.asked() {
-            self.refresh_candidates()?;
-            let scored = self.scan();
-            self.note_ranking(&scored);
-            self.note_left(&scored);
-            let passes = |s: &&Scored| {
-                let candidate = &self.candidates[s.candidate];
-                self.passes(candidate.joint, s.usefulness, &s.score)
-                    && self.beyond_reversals(candidate, &s.score)
-            };
-            let passing: Vec<&Scored> = scored.iter().filter(passes).collect();
-            let chosen = match (self.one_for_all(&passing), passing.first()) {
-                (Some(whole), _) => Some(whole),
-                (None, Some(best)) => Some(self.likeliest_tie(best, &passing)?),
-                (None, None) => None,
-            };
-            // Plain friction first: while that is missing, everything else looks strange.
-            let plain = passing.iter().any(|s| self.candidates[s.candidate].order <= PLAIN);
-            if !plain
-                && let Some(unknown) = self.unknown_beside(chosen, &passing)?
-                && self.add_unknown(unknown, say)?
-            {
-                continue;
+            let before = (self.parts.clone(), self.present.clone(), self.response.clone());
+            let known = (self.rungs.len(), self.unknown.clone());
+            match self.step(say) {
+                Ok(true) => {}
+                Ok(false) => return Ok(()),
+                // A step that was cut short leaves no trace.
+                Err(_) if self.limits.stop.asked() => {
+                    (self.parts, self.present, self.response) = before;
+                    self.rungs.truncate(known.0);
+                    self.unknown = known.1;
+                }
+                Err(error) => return Err(error),
             }
-            let Some(chosen) = chosen else { return Ok(()) };
-            let first = (chosen, self.also_possible(chosen, &passing));
-            let others = self.family(chosen, &passing, &scored).into_iter().map(|s| (s, Vec::new()));
-            let steps: Vec<Addition> = std::iter::once(first)
-                .chain(others)
-                .map(|(s, also)| Addition {
-                    candidate: s.candidate,
-                    alternative: s.score.alternative,
-                    score: s.score.clone(),
-                    usefulness: s.usefulness,
-                    also,
-                })
-                .collect();
-            self.add_all(steps, say)?;
         }
         Ok(())
+    }
+
+    /// Adds what explains most; whether there was something.
+    fn step(&mut self, say: &mut dyn FnMut(&str)) -> Result<bool> {
+        self.refresh_candidates()?;
+        let scored = self.scan();
+        self.note_ranking(&scored);
+        self.note_left(&scored);
+        let passes = |s: &&Scored| {
+            let candidate = &self.candidates[s.candidate];
+            self.passes(candidate.joint, s.usefulness, &s.score) && self.beyond_reversals(candidate, &s.score)
+        };
+        let passing: Vec<&Scored> = scored.iter().filter(passes).collect();
+        let chosen = match (self.one_for_all(&passing), passing.first()) {
+            (Some(whole), _) => Some(whole),
+            (None, Some(best)) => Some(self.likeliest_tie(best, &passing)?),
+            (None, None) => None,
+        };
+        // Plain friction first: while that is missing, everything else looks strange.
+        let plain = passing.iter().any(|s| self.candidates[s.candidate].order <= PLAIN);
+        if !plain
+            && let Some(unknown) = self.unknown_beside(chosen, &passing)?
+            && self.add_unknown(unknown, say)?
+        {
+            return Ok(true);
+        }
+        let Some(chosen) = chosen else { return Ok(false) };
+        let first = (chosen, self.also_possible(chosen, &passing));
+        let others = self.family(chosen, &passing, &scored).into_iter().map(|s| (s, Vec::new()));
+        let steps: Vec<Addition> = std::iter::once(first)
+            .chain(others)
+            .map(|(s, also)| Addition {
+                candidate: s.candidate,
+                alternative: s.score.alternative,
+                score: s.score.clone(),
+                usefulness: s.usefulness,
+                also,
+            })
+            .collect();
+        self.add_all(steps, say)?;
+        Ok(true)
     }
 
     /// Notes how significant what is left at most is.

@@ -46,11 +46,11 @@ mod score;
 mod search;
 mod sharpness;
 mod signals;
-mod stop;
 mod telling;
 mod unknown;
 mod unseen;
 
+pub use crate::stop::Stop;
 pub use answer::{
     Baseline, Diagnosis, Event, First, Inseparable, Joint, Missing, Moved, Nested, Parameter, Refused,
     Region, Signals, Step, Undecided, Unexplained, Validation, Verdict,
@@ -58,7 +58,6 @@ pub use answer::{
 pub use closing::Proposed;
 pub use entry::{Outcome, Request, Start, diagnose};
 pub use fitting::{Fitted, Fitting, JointFit};
-pub use stop::Stop;
 pub use unseen::unseen_error;
 
 /// When something is believed.

@@ -71,7 +71,7 @@ pub(super) fn sharpen_again(ladder: &mut Ladder, extra: &[Box<dyn Effect>]) -> R
     ladder.candidates = candidates::catalogue(&ladder.data, &ladder.parts.widths, extra)?;
     ladder.refit()?;
     ladder.refresh_torque()?;
-    candidates::fill(&mut ladder.candidates, &ladder.data, false);
+    candidates::fill(&mut ladder.candidates, &ladder.data, false)?;
     Ok(true)
 }
 

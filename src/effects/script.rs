@@ -10,6 +10,7 @@ use crate::error::{Error, Result};
 use crate::robot::Robot;
 use crate::script::{EffectParameter, EffectScript, Limits, Script, Settings};
 use crate::signals::Run;
+use crate::stop::Stop;
 use crate::text::{self, files};
 
 /// An effect that a rhai file states; see [`crate::script`].
@@ -38,9 +39,20 @@ struct Written {
     /// Values in place of the script's own shapes.
     #[serde(default)]
     shapes: BTreeMap<String, f64>,
+    /// Time that the script may take in a whole study, all it does counted together \[s\].
+    #[serde(default = "usual", skip_serializing_if = "is_usual")]
+    seconds: f64,
     /// The script itself, in finished models, which are used far from the scenario.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     text: Option<String>,
+}
+
+fn usual() -> f64 {
+    Limits::default().seconds
+}
+
+fn is_usual(seconds: &f64) -> bool {
+    seconds.to_bits() == usual().to_bits()
 }
 
 impl ScriptedEffect {
@@ -72,10 +84,14 @@ impl ScriptedEffect {
     /// When the script is refused; with line and column.
     pub fn from_text(path: &Path, text: String, joints: Joints) -> Result<Self> {
         let (with, shapes) = (Settings::new(), BTreeMap::new());
-        Self::new(Written { path: path.to_path_buf(), joints, with, shapes, text: Some(text) })
+        let (path, seconds) = (path.to_path_buf(), usual());
+        Self::new(Written { path, joints, with, shapes, seconds, text: Some(text) })
     }
 
     fn new(written: Written) -> Result<Self> {
+        if !(written.seconds > 0.0 && written.seconds.is_finite()) {
+            return Err(Error::new("`seconds` of a script must be positive").in_file(&written.path));
+        }
         let (lowered, traces) = (Arc::default(), Arc::default());
         let mut effect = Self { written, loaded: None, told: Self::ABOUT, lowered, traces };
         if let Some(text) = effect.written.text.clone() {
@@ -142,17 +158,19 @@ impl ScriptedEffect {
     /// With file, line and column when it does not stop, returns something else than one number per parameter,
     /// or names a joint that is not there.
     pub fn try_on(&self, robot: &Robot) -> Result<()> {
-        self.lowered(robot).map(drop)
+        self.lowered(robot, &Stop::default()).map(drop)
     }
 
     /// What its columns are made of on `robot`, from before where that is known.
-    pub(crate) fn lowered(&self, robot: &Robot) -> Result<Lowered> {
+    pub(crate) fn lowered(&self, robot: &Robot, stop: &Stop) -> Result<Lowered> {
         let script = self.script()?;
         let mut kept = self.lowered.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = kept.as_ref().filter(|known| known.is_for(robot)) {
             return Ok(known.clone());
         }
-        let lowered = Lowered::new(script, robot, self.joints(robot)?, &Limits::default())?;
+        let (used, stop) = (script.used().clone(), stop.clone());
+        let limits = Limits { seconds: self.written.seconds, used, stop, ..Limits::default() };
+        let lowered = Lowered::new(script, robot, self.joints(robot)?, &limits)?;
         *kept = Some(lowered.clone());
         Ok(lowered)
     }
@@ -208,11 +226,12 @@ impl Effect for ScriptedEffect {
 
     fn columns(&self, at: &Stretch<'_>, out: &mut Columns<'_>) -> Result<()> {
         let script = self.script()?;
-        let lowered = self.lowered(at.robot)?;
+        let lowered = self.lowered(at.robot, &at.run.stop)?;
+        let mut clock = script.clock(self.written.seconds, &at.run.stop);
         let shapes = self.shape_values(script);
         let count = lowered.joints.len();
         for (place, part) in lowered.joints.iter().enumerate() {
-            let columns = part.over(script, at, &shapes, &self.traces)?;
+            let columns = part.over(script, at, &shapes, &self.traces, &mut clock)?;
             let mut first = 0;
             for (parameter, column) in script.about().parameters.iter().zip(&columns) {
                 let term = if parameter.common { first } else { first + place };
@@ -288,7 +307,9 @@ impl Effect for ScriptedEffect {
     }
 
     fn undecidable(&self, robot: &Robot, runs: &[Run]) -> Option<String> {
-        let lowered = self.lowered(robot).ok()?;
+        // What is wrong with the script itself is said where its columns are asked for.
+        let stop = runs.first().map(|run| run.stop.clone()).unwrap_or_default();
+        let lowered = self.lowered(robot, &stop).ok()?;
         runs.iter().find_map(|run| lowered.joints.iter().find_map(|part| part.lacks(robot, run)))
     }
 }

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::Stretch;
 use crate::error::{Error, Result};
 use crate::robot::Robot;
-use crate::script::{EffectScript, Input, JointColumns, Limits};
+use crate::script::{Clock, EffectScript, Input, JointColumns, Limits, MOST_BYTES};
 use crate::signals::Run;
 
 /// Memories of joints over whole runs that are kept at a time.
@@ -70,16 +70,20 @@ impl Part {
         at: &Stretch<'_>,
         shapes: &[f64],
         traces: &Traces,
+        clock: &mut Clock<'_>,
     ) -> Result<Vec<Vec<f64>>> {
         let sources = self.sources(at, shapes).map_err(|e| e.in_file(script.file()))?;
         let width = script.about().memory.len();
-        let memory = self.memory(script, at.run, &sources, traces);
+        let memory =
+            self.memory(script, at.run, &sources, traces, clock).map_err(|e| e.in_file(script.file()))?;
         let (mut inputs, mut room) = (vec![0.0; sources.len()], Vec::new());
         let mut values = vec![0.0; script.about().parameters.len()];
         let mut columns = vec![Vec::with_capacity(at.range.len()); values.len()];
         for k in at.range.clone() {
             fill(&mut inputs, &sources, at.run, k, &memory[k * width..(k + 1) * width]);
-            self.programs.columns(&inputs, &mut room, &mut values);
+            self.programs
+                .columns(&inputs, &mut room, &mut values, clock)
+                .map_err(|e| e.in_file(script.file()))?;
             if let Some(bad) = values.iter().position(|v| !v.is_finite()) {
                 return Err(not_a_number(script, at, self.joint, k, bad));
             }
@@ -114,29 +118,35 @@ impl Part {
         run: &Run,
         sources: &[Source<'_>],
         traces: &Traces,
-    ) -> Arc<Vec<f64>> {
+        clock: &mut Clock<'_>,
+    ) -> Result<Arc<Vec<f64>>> {
         let first: Vec<f64> = script.about().memory.iter().map(|m| m.1).collect();
         if first.is_empty() {
-            return Arc::default();
+            return Ok(Arc::default());
         }
         let key = (self.joint, fingerprint(run, sources));
         if let Some(known) = traces.find(&key) {
-            return known;
+            return Ok(known);
         }
         let width = first.len();
+        let room_needed = width.saturating_mul(size_of::<f64>() * run.samples());
+        if room_needed > MOST_BYTES {
+            let (line, column) = self.programs.place_of_memory();
+            return Err(too_much_memory(width, run).at(line, column));
+        }
         let (mut inputs, mut room) = (vec![0.0; sources.len()], Vec::new());
         let mut all = Vec::with_capacity(width * run.samples());
         let mut now = first;
         for k in 0..run.samples() {
             if k > 0 {
                 fill(&mut inputs, sources, run, k, &all[(k - 1) * width..]);
-                self.programs.remember(&inputs, &mut room, &mut now);
+                self.programs.remember(&inputs, &mut room, &mut now, clock)?;
             }
             all.extend_from_slice(&now);
         }
         let all = Arc::new(all);
         traces.keep(key, all.clone());
-        all
+        Ok(all)
     }
 
     /// What the run has not that the script asks for.
@@ -158,8 +168,10 @@ impl Traces {
 
     fn keep(&self, key: Key, trace: Arc<Vec<f64>>) {
         let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if kept.len() >= KEPT {
-            kept.remove(0);
+        let size = |trace: &Arc<Vec<f64>>| trace.len() * size_of::<f64>();
+        let mut total: usize = kept.iter().map(|(_, trace)| size(trace)).sum::<usize>() + size(&trace);
+        while !kept.is_empty() && (kept.len() >= KEPT || total > MOST_BYTES) {
+            total -= size(&kept.remove(0).1);
         }
         kept.push((key, trace));
     }
@@ -197,6 +209,14 @@ fn channel<'a>(robot: &Robot, run: &'a Run, name: &str, joint: usize) -> Result<
         Error::new(format!("the log has no channel `{name}` or `{}`", own[0]))
             .help(format!("`{}` has {known}", run.name))
     })
+}
+
+fn too_much_memory(width: usize, run: &Run) -> Error {
+    Error::new(format!(
+        "the script needs more than 256 MB: it remembers {width} numbers at each of {} samples",
+        run.samples()
+    ))
+    .help("remember less, or give a shorter log")
 }
 
 fn no_load() -> Error {

@@ -75,6 +75,7 @@ fn zip(graph: &mut Graph, a: &[Id], b: &[Id], combine: Combine) -> Answer<Rc<[Id
     if a.len() != b.len() {
         return Err(fail(format!("the sizes differ: {} and {} entries", a.len(), b.len())));
     }
+    graph.charge(size_of_val(a)).map_err(fail)?;
     a.iter().zip(b).map(|(&a, &b)| combine(graph, a, b)).collect::<Result<_, _>>().map_err(fail)
 }
 
@@ -94,6 +95,7 @@ fn whole_arrays(engine: &mut Engine, shared: &Shared, name: &str, combine: Combi
 }
 
 fn each(graph: &mut Graph, all: &[Id], by: Id, combine: Combine) -> Answer<Rc<[Id]>> {
+    graph.charge(size_of_val(all)).map_err(fail)?;
     all.iter().map(|&a| combine(graph, a, by)).collect::<Result<_, _>>().map_err(fail)
 }
 

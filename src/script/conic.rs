@@ -30,16 +30,22 @@ pub(super) struct Cones {
 
 impl Cones {
     /// Looks at every node up to `last`.
-    fn extend(&mut self, graph: &Graph, last: Id) {
+    fn extend(&mut self, graph: &mut Graph, last: Id) -> Result<(), String> {
         for i in self.known.len()..=last.0 as usize {
             let conic = self.new_node(graph, Id(i as u32));
-            self.known.push(conic.filter(|c| c.norms.len() <= MOST_NORMS));
+            let conic = conic.filter(|c| c.norms.len() <= MOST_NORMS);
+            // Sums alone are counted with their node.
+            if let Some(conic) = conic.as_ref().filter(|c| !c.norms.is_empty() || c.mass.is_some()) {
+                graph.charge(conic.size())?;
+            }
+            self.known.push(conic);
         }
+        Ok(())
     }
 
-    fn of(&mut self, graph: &Graph, id: Id) -> Option<&Conic> {
-        self.extend(graph, id);
-        self.get(id)
+    fn of(&mut self, graph: &mut Graph, id: Id) -> Result<Option<&Conic>, String> {
+        self.extend(graph, id)?;
+        Ok(self.get(id))
     }
 
     fn get(&self, id: Id) -> Option<&Conic> {
@@ -93,7 +99,18 @@ impl Cones {
     }
 }
 
+/// What a sum takes \[bytes\].
+fn size_of_sum(row: &Affine) -> usize {
+    size_of::<Affine>() + size_of::<(usize, f64)>() * row.terms.len()
+}
+
 impl Conic {
+    /// What it takes \[bytes\].
+    fn size(&self) -> usize {
+        let norms = self.norms.iter().flat_map(|(_, rows)| rows);
+        norms.chain(&self.mass).chain([&self.affine]).map(size_of_sum).sum()
+    }
+
     /// Brings a constant over a mass.
     fn over(self, mass: Option<&Affine>) -> Option<Self> {
         match (mass, &self.mass) {
@@ -180,6 +197,11 @@ pub(super) struct Naming {
 }
 
 impl Naming {
+    /// What a form takes beside its body \[bytes\].
+    fn size(&self) -> usize {
+        2 * size_of::<Form>() + 4 * (self.label.len() + self.unit.len())
+    }
+
     fn form(&self, body: Body) -> Form {
         Form::new(self.label.clone(), self.unit.clone(), self.scale, body)
     }
@@ -206,18 +228,21 @@ pub(super) fn forms(
         label: if several { format!("{} ({})", naming.label, number + 1) } else { naming.label.clone() },
         ..naming.clone()
     };
-    Ok(pieces.into_iter().enumerate().map(|(i, piece)| form(graph, cones, piece, &named(i))).collect())
+    pieces.into_iter().enumerate().map(|(i, piece)| form(graph, cones, piece, &named(i))).collect()
 }
 
-fn form(graph: &Graph, cones: &mut Cones, margin: Id, naming: &Naming) -> Form {
-    if let Some(conic) = cones.of(graph, margin).cloned() {
+fn form(graph: &mut Graph, cones: &mut Cones, margin: Id, naming: &Naming) -> Result<Form, String> {
+    if let Some(conic) = cones.of(graph, margin)?.cloned() {
+        // The form, and its copy where it is measured in another unit.
+        graph.charge(naming.size() + 2 * conic.size())?;
         let mass = conic.mass.clone();
         if let Some(body) = conic.body() {
-            return naming.form_over(body, mass);
+            return Ok(naming.form_over(body, mass));
         }
     }
     let function = Arc::new(Program::new(graph, margin));
-    naming.form(Body::General { function, why: cones.why(graph, margin), implied: Vec::new() })
+    graph.charge(naming.size() + function.size())?;
+    Ok(naming.form(Body::General { function, why: cones.why(graph, margin), implied: Vec::new() }))
 }
 
 /// The form of a semidefinite matrix, given by its lower triangle.
@@ -229,9 +254,10 @@ pub(super) fn psd(
     naming: &Naming,
 ) -> Result<Form, String> {
     if let Some(&last) = lower.iter().max() {
-        cones.extend(graph, last);
+        cones.extend(graph, last)?;
     }
     if let Some((lower, mass)) = cones.over_one_mass(lower) {
+        graph.charge(naming.size() + 2 * lower.iter().map(size_of_sum).sum::<usize>())?;
         return Ok(naming.form_over(Body::Psd { size, lower }, mass));
     }
     let culprit = lower.iter().copied().find(|&id| cones.get(id).is_none_or(|c| !c.norms.is_empty()));
@@ -241,6 +267,7 @@ pub(super) fn psd(
     );
     let least = graph.eigenvalue(lower, size, 0)?;
     let function = Arc::new(Program::new(graph, least));
+    graph.charge(naming.size() + function.size())?;
     Ok(naming.form(Body::General { function, why, implied: Vec::new() }))
 }
 

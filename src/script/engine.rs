@@ -9,15 +9,17 @@ use std::time::{Duration, Instant};
 use rhai::packages::{ArithmeticPackage, BasicFnPackage, BasicIteratorPackage, BasicStringPackage, Package};
 use rhai::{AST, Dynamic, Engine, OptimizationLevel};
 
+use super::budget::Usage;
 use super::dialect::Dialect;
 use super::tracer::Shared;
 use super::{arithmetic, compare, functions, trouble};
 use crate::error::{Error, Result};
+use crate::stop::Stop;
 
 /// What a script may use up. The defaults are far more than any constraint needs.
 #[derive(Debug, Clone)]
 pub struct Limits {
-    /// Wall clock for everything the script ever does in a study \[s\].
+    /// Time for everything the script ever does in a study, all threads together \[s\].
     pub seconds: f64,
     /// Operations of one run.
     pub operations: u64,
@@ -25,11 +27,22 @@ pub struct Limits {
     pub runs: usize,
     /// Set to stop the script from another thread.
     pub cancel: Option<Arc<AtomicBool>>,
+    /// The work that it belongs to, which somebody may stop.
+    pub stop: Stop,
+    /// What it has used up before, to which is added.
+    pub used: Usage,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { seconds: 10.0, operations: 500_000, runs: 4096, cancel: None }
+        Self {
+            seconds: 10.0,
+            operations: 500_000,
+            runs: 4096,
+            cancel: None,
+            stop: Stop::default(),
+            used: Usage::default(),
+        }
     }
 }
 
@@ -43,8 +56,8 @@ pub(super) const MOST_ENTRIES: usize = 1000;
 /// Longest text \[bytes\].
 pub(super) const MOST_LETTERS: usize = 4096;
 
-/// Operations between looks at the clock.
-const CLOCK_EVERY: u64 = 128;
+/// Operations between looks at the clock: one may add up a thousand long sums.
+const CLOCK_EVERY: u64 = 8;
 
 /// What stopped a script from outside, as the token of rhai's termination error.
 pub(super) const OUT_OF_TIME: &str = "out of time";
@@ -58,6 +71,8 @@ pub(super) struct Machine {
     pub(super) dialect: Dialect,
     pub(super) shared: Shared,
     start: Instant,
+    before: Duration,
+    used: Usage,
 }
 
 impl Machine {
@@ -68,6 +83,7 @@ impl Machine {
         register: impl FnOnce(&mut Engine, &Shared),
     ) -> Result<Self> {
         let shared = Shared::default();
+        shared.borrow_mut().graph.keep(limits.used.bytes());
         let dialect = Rc::new(RefCell::new(Dialect::default()));
         let start = Instant::now();
         let mut engine = sandbox(limits, start);
@@ -89,16 +105,29 @@ impl Machine {
                 stray.position(),
             ));
         }
-        Ok(Self { engine, ast, dialect, shared, start })
+        let (used, before) = (limits.used.clone(), limits.used.time());
+        Ok(Self { engine, ast, dialect, shared, start, before, used })
     }
 
     /// Whether there is time left for what is done with the script's results.
     pub(super) fn in_time(&self, limits: &Limits) -> Result<()> {
-        if limits.cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed)) {
+        if limits.is_cancelled() {
             return Err(trouble::cancelled());
         }
-        let late = self.start.elapsed().as_secs_f64() > limits.seconds;
+        let late = (self.before + self.start.elapsed()).as_secs_f64() > limits.seconds;
         if late { Err(trouble::out_of_time(limits.seconds)) } else { Ok(()) }
+    }
+}
+
+impl Limits {
+    fn is_cancelled(&self) -> bool {
+        self.cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed)) || self.stop.asked()
+    }
+}
+
+impl Drop for Machine {
+    fn drop(&mut self) {
+        self.used.add_time(self.start.elapsed());
     }
 }
 
@@ -125,15 +154,15 @@ fn sandbox(limits: &Limits, start: Instant) -> Engine {
         engine.disable_symbol(word);
     }
     let budget = Duration::try_from_secs_f64(limits.seconds).unwrap_or_default();
-    let cancel = limits.cancel.clone();
+    let (limits, before) = (limits.clone(), limits.used.time());
     engine.on_progress(move |operations| {
         if operations % CLOCK_EVERY != 0 {
             return None;
         }
-        if cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed)) {
+        if limits.is_cancelled() {
             return Some(Dynamic::from(CANCELLED));
         }
-        (start.elapsed() > budget).then(|| Dynamic::from(OUT_OF_TIME))
+        (before + start.elapsed() > budget).then(|| Dynamic::from(OUT_OF_TIME))
     });
     engine
 }

@@ -53,6 +53,9 @@ pub(super) fn register(engine: &mut Engine, shared: &Shared) {
     lists(engine, shared);
 }
 
+/// How often a label is noted until it is that of a form.
+const LABEL: usize = 8;
+
 /// Registers a function of values that works on the tracer.
 fn on_tracer<const N: usize>(
     engine: &mut Engine,
@@ -263,6 +266,7 @@ fn new_matrix(tracer: &mut Tracer, rows: &Dynamic) -> Result<Dynamic, String> {
     if let Some((i, _)) = skew {
         return Err(format!("the matrix is not symmetric in row {}", i + 1));
     }
+    tracer.graph.charge(size_of::<Id>() * size * size)?;
     let lower = rows.iter().enumerate().flat_map(|(i, r)| r[..=i].to_vec()).collect();
     Ok(Dynamic::from(Matrix { size, lower }))
 }
@@ -278,8 +282,9 @@ fn rules(engine: &mut Engine, shared: &Shared) {
         let unit = unit.into_string().map_err(|_| "the unit of `margin` is a text")?;
         margin(tracer, &label, &x, Some(unit))
     });
-    on_tracer::<2>(engine, shared, "rule", |_, [label, stated]| {
+    on_tracer::<2>(engine, shared, "rule", |tracer, [label, stated]| {
         let label = label.into_string().map_err(|_| "`rule` takes its label first, as a text")?;
+        tracer.graph.charge(LABEL * label.len())?;
         match stated.try_cast_result::<Relation>() {
             Ok(stated) => Ok(Dynamic::from(Relation { label: Some(label), ..stated })),
             Err(other) => Err(format!("`rule` takes a relation, not {}", kind(&other))),
@@ -298,6 +303,7 @@ fn margin(
     unit: Option<String>,
 ) -> Result<Dynamic, String> {
     let label = label.clone().into_string().map_err(|_| "`margin` takes its label first, as a text")?;
+    tracer.graph.charge(LABEL * label.len())?;
     let x = id(tracer, x, "margin")?;
     let stated = tracer.relation(Demand::Margin(x));
     Ok(Dynamic::from(Relation { label: Some(label), unit, test: Some((x, true)), ..stated }))
@@ -323,7 +329,7 @@ fn lists(engine: &mut Engine, shared: &Shared) {
     engine.register_fn("len", |list: &mut Array| list.len() as i64);
     engine.register_get("len", |list: &mut Array| list.len() as i64);
     engine.register_fn("is_empty", |list: &mut Array| list.is_empty());
-    growing(engine);
+    growing(engine, shared);
     engine.register_fn("map", |context: NativeCallContext, list: Array, f: FnPtr| -> Answer<Array> {
         list.into_iter().map(|v| f.call_within_context::<Dynamic>(&context, (v,))).collect()
     });
@@ -346,7 +352,7 @@ fn lists(engine: &mut Engine, shared: &Shared) {
 }
 
 /// What grows says so itself where it would grow too large: rhai's own error has no place.
-fn growing(engine: &mut Engine) {
+fn growing(engine: &mut Engine, shared: &Shared) {
     engine.register_fn("push", |list: &mut Array, value: Dynamic| -> Answer<()> {
         list.push(value);
         fits(list.len(), MOST_ENTRIES, "list", "entries")
@@ -361,13 +367,17 @@ fn growing(engine: &mut Engine) {
         list.extend(more);
         Ok(list)
     });
-    engine.register_fn("+=", |text: &mut ImmutableString, more: ImmutableString| -> Answer<()> {
+    let state = shared.clone();
+    engine.register_fn("+=", move |text: &mut ImmutableString, more: ImmutableString| -> Answer<()> {
         fits(text.len() + more.len(), MOST_LETTERS, "text", "letters")?;
+        state.borrow_mut().graph.charge(text.len() + more.len()).map_err(fail)?;
         *text += more;
         Ok(())
     });
-    engine.register_fn("+", |text: ImmutableString, more: ImmutableString| -> Answer<ImmutableString> {
+    let state = shared.clone();
+    engine.register_fn("+", move |text: ImmutableString, more: ImmutableString| -> Answer<ImmutableString> {
         fits(text.len() + more.len(), MOST_LETTERS, "text", "letters")?;
+        state.borrow_mut().graph.charge(text.len() + more.len()).map_err(fail)?;
         Ok(text + more)
     });
 }

@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use super::budget::{MOST_BYTES, TOO_LARGE};
 use super::dimension::Dimension;
 use super::elementary::Function;
 use crate::form::Affine;
@@ -11,6 +12,13 @@ use crate::form::Affine;
 const DEEPEST: usize = 12;
 /// More nodes than this are refused: memory is limited.
 const MOST_NODES: usize = 400_000;
+
+/// What a node takes, wherever it is noted, in a table that has just grown \[bytes\].
+const NODE: usize = 640;
+/// What a term of a sum takes: twice as bits, once as a number, once as a cone \[bytes\].
+const TERM: usize = 64;
+/// What a place in a norm or a matrix takes \[bytes\].
+const ENTRY: usize = 8;
 
 /// A node of a [`Graph`]; children have smaller numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -66,6 +74,19 @@ pub(super) struct Graph {
     masses: Vec<usize>,
     /// Where the script is.
     pub(super) here: Spot,
+    /// What it takes \[bytes\].
+    bytes: usize,
+    /// What is kept of the script from before \[bytes\].
+    kept: usize,
+}
+
+/// What a node takes \[bytes\].
+fn size(op: &Op) -> usize {
+    NODE + match op {
+        Op::Affine(terms, _) => TERM * terms.len(),
+        Op::Norm(all) | Op::Eigenvalue { lower: all, .. } => ENTRY * all.len(),
+        _ => 0,
+    }
 }
 
 impl Graph {
@@ -73,6 +94,19 @@ impl Graph {
     pub(super) fn clear(&mut self) {
         self.nodes.clear();
         self.known.clear();
+        self.bytes = 0;
+    }
+
+    /// Counts what is kept of the script from before \[bytes\].
+    pub(super) fn keep(&mut self, bytes: usize) {
+        self.kept = bytes;
+    }
+
+    /// Counts what is about to be kept of the script, here or elsewhere \[bytes\].
+    pub(super) fn charge(&mut self, bytes: usize) -> Result<(), String> {
+        self.bytes = self.bytes.saturating_add(bytes);
+        let all = self.bytes.saturating_add(self.kept);
+        if all <= MOST_BYTES { Ok(()) } else { Err(TOO_LARGE.into()) }
     }
 
     pub(super) fn node(&self, id: Id) -> &Node {
@@ -132,6 +166,7 @@ impl Graph {
         if self.nodes.len() >= MOST_NODES {
             return Err(format!("the script builds more than {MOST_NODES} expressions"));
         }
+        self.charge(size(&key.0))?;
         let id = Id(self.nodes.len() as u32);
         self.nodes.push(Node { op: key.0.clone(), dimension, spot: self.here, affine });
         self.known.insert(key, id);

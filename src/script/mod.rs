@@ -6,6 +6,7 @@
 
 mod alternatives;
 mod arithmetic;
+mod budget;
 mod compare;
 mod conic;
 mod dialect;
@@ -24,6 +25,8 @@ mod subject;
 mod tracer;
 mod trouble;
 
+pub use budget::Usage;
+pub(crate) use budget::{Clock, MOST_BYTES};
 pub use effect::{EffectAbout, EffectParameter, EffectScript, EffectShape, Input, JointColumns};
 pub use engine::Limits;
 pub use functions::FUNCTIONS;

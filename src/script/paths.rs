@@ -5,6 +5,7 @@ use rhai::{Array, Dynamic, Map};
 use super::engine::{Limits, Machine};
 use super::graph::Id;
 use super::tracer::{Relation, kind};
+use super::trouble::stated as stated_error;
 use crate::error::{Error, Result};
 
 /// More rules than this, over all ways through a script, are refused: memory is limited.
@@ -76,6 +77,11 @@ pub(super) fn explore(
         || {
             let stated = machine.state_rules(entry, limits.seconds)?;
             let rules = collect(machine, entry, &stated)?;
+            let charged = machine.shared.borrow_mut().graph.charge(0);
+            charged.map_err(|what| {
+                let (line, column) = machine.place(entry.function);
+                stated_error(what).at(line, column)
+            })?;
             *rules_seen += rules.len();
             if *rules_seen > MOST_RULES {
                 let (line, column) = machine.place(entry.function);

@@ -5,6 +5,7 @@ use std::cell::RefCell;
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
+use super::budget::{Clock, Halt};
 use super::elementary::Function;
 use super::graph::{Graph, Id, Op};
 use crate::form::{Affine, General};
@@ -31,6 +32,9 @@ pub(super) struct Program {
     steps: Vec<Step>,
     support: Vec<usize>,
 }
+
+/// Steps between looks whether a script may go on.
+const STEPS_AT_ONCE: usize = 1024;
 
 thread_local! {
     /// Values and slopes of the steps, kept so that an evaluation allocates nothing.
@@ -79,6 +83,16 @@ fn flatten(graph: &Graph, roots: &[Id]) -> (Vec<Step>, Vec<usize>) {
     (steps, roots.iter().map(|id| place[id.0 as usize]).collect())
 }
 
+/// What steps take \[bytes\].
+fn size(steps: &[Step]) -> usize {
+    let inside = |step: &Step| match step {
+        Step::Affine(row) => size_of::<(usize, f64)>() * row.terms.len(),
+        Step::Norm(all) | Step::Eigenvalue { lower: all, .. } => size_of::<usize>() * all.len(),
+        _ => 0,
+    };
+    steps.iter().map(|step| size_of::<Step>() + inside(step)).sum()
+}
+
 /// Several values at once, in one pass and without gradients.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Flow {
@@ -93,16 +107,31 @@ impl Flow {
         Self { steps, outputs }
     }
 
-    /// The roots' values at `z`, into `out`; `values` is room to work in.
-    pub(super) fn run(&self, z: &[f64], values: &mut Vec<f64>, out: &mut [f64]) {
+    /// What it takes \[bytes\].
+    pub(super) fn size(&self) -> usize {
+        size(&self.steps)
+    }
+
+    /// The roots' values at `z`, into `out`; `values` is room to work in. Says so where `clock` ends it.
+    pub(super) fn run(
+        &self,
+        z: &[f64],
+        values: &mut Vec<f64>,
+        out: &mut [f64],
+        clock: &mut Clock<'_>,
+    ) -> Result<(), Halt> {
         values.clear();
-        for step in &self.steps {
-            let value = step.value(z, values);
-            values.push(value);
+        for some in self.steps.chunks(STEPS_AT_ONCE) {
+            clock.tick(some.len())?;
+            for step in some {
+                let value = step.value(z, values);
+                values.push(value);
+            }
         }
         for (slot, &place) in out.iter_mut().zip(&self.outputs) {
             *slot = values[place];
         }
+        Ok(())
     }
 }
 
@@ -118,6 +147,11 @@ impl Program {
         support.sort_unstable();
         support.dedup();
         Self { steps, support }
+    }
+
+    /// What it takes \[bytes\].
+    pub(super) fn size(&self) -> usize {
+        size(&self.steps) + size_of::<usize>() * self.support.len()
     }
 
     fn run(&self, z: &[f64], values: &mut Vec<f64>) -> f64 {

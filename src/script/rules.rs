@@ -2,17 +2,21 @@
 
 use std::collections::BTreeMap;
 
+use super::budget::TOO_LARGE;
 use super::conic::{self, Cones, Naming};
 use super::engine::{Limits, Machine};
 use super::graph::{Graph, Id, Spot};
 use super::paths::{Entry, Taken, Way, explore};
 use super::tracer::{Demand, Relation};
-use super::{Lowered, LoweredRule, Subject};
+use super::{Lowered, LoweredRule, Subject, trouble};
 use crate::error::{Error, Result};
 use crate::form::Form;
 
 /// The same statement at the same turn of a loop, whichever way led to it.
 type Key = (Spot, usize);
+
+/// What a rule takes in the table of all ways, beside its relations \[bytes\].
+const ROW: usize = 128;
 
 struct Builder<'a> {
     machine: &'a Machine,
@@ -68,11 +72,15 @@ impl Builder<'_> {
         let mut order: Vec<Key> = Vec::new();
         let mut table: BTreeMap<Key, Vec<Option<&Relation>>> = BTreeMap::new();
         for (number, way) in ways.iter().enumerate() {
+            self.machine.in_time(limits)?;
             for (key, relation) in keyed(way) {
-                let row = table.entry(key).or_insert_with(|| {
+                if !table.contains_key(&key) {
+                    let room = ROW + size_of::<Option<&Relation>>() * ways.len();
+                    let charged = self.machine.shared.borrow_mut().graph.charge(room);
+                    charged.map_err(|what| trouble::stated(what).at(key.0.0, key.0.1))?;
                     order.push(key);
-                    vec![None; ways.len()]
-                });
+                }
+                let row = table.entry(key).or_insert_with(|| vec![None; ways.len()]);
                 row[number] = Some(relation);
             }
         }
@@ -80,9 +88,11 @@ impl Builder<'_> {
             let leaves = &table[&key];
             let (line, column) = key.0;
             self.machine.in_time(limits).map_err(|e| e.at(line, column))?;
-            self.rule(ways, leaves, prefix, stem)
-                .map_err(|what| Error::new(what).at(line, column))
-                .map_err(|e| e.help("`lacuna check` on the script shows its other rules"))?;
+            self.rule(ways, leaves, prefix, stem).map_err(|what| {
+                let error = trouble::stated(what.clone()).at(line, column);
+                let others = "`lacuna check` on the script shows its other rules";
+                if what == TOO_LARGE { error } else { error.help(others) }
+            })?;
         }
         Ok(())
     }

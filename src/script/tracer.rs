@@ -15,6 +15,9 @@ use crate::form::Affine;
 /// More decisions than this on one way through a script are refused.
 const MOST_DECISIONS: usize = 64;
 
+/// What a relation takes with its place in the list of all \[bytes\].
+const RELATION: usize = 512;
+
 /// Result of a function that scripts call.
 pub(super) type Answer<T> = Result<T, Box<EvalAltResult>>;
 
@@ -175,6 +178,8 @@ impl Tracer {
     /// A new relation, stated where the script is.
     pub(super) fn relation(&mut self, demand: Demand) -> Relation {
         self.stated += 1;
+        // Where this is too much, whatever comes next says so.
+        let _ = self.graph.charge(RELATION);
         let (spot, serial) = (self.graph.here, self.stated);
         self.open.insert(serial, spot);
         Relation { demand, label: None, unit: None, scale: 1.0, spot, serial, test: None }

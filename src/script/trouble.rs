@@ -2,6 +2,7 @@
 
 use rhai::{EvalAltResult, LexError, ParseError, ParseErrorType, Position};
 
+use super::budget::TOO_LARGE;
 use super::dialect::Dialect;
 use super::effect;
 use super::engine::{CANCELLED, OUT_OF_TIME};
@@ -89,8 +90,7 @@ pub(super) fn running(error: &EvalAltResult, dialect: &Dialect, seconds: f64) ->
 fn explain(error: &EvalAltResult, dialect: &Dialect, seconds: f64) -> Error {
     use EvalAltResult as E;
     match error {
-        E::ErrorRuntime(what, _) => Error::new(what.to_string())
-            .help("`lacuna check` on the script shows what it means to the engines"),
+        E::ErrorRuntime(what, _) => stated(what.to_string()),
         E::ErrorFunctionNotFound(signature, _) => {
             let name = signature.split(" (").next().unwrap_or(signature);
             Error::new(format!("no function `{}`", readable(signature)))
@@ -127,15 +127,27 @@ fn explain(error: &EvalAltResult, dialect: &Dialect, seconds: f64) -> Error {
     }
 }
 
-/// The wall clock of the script ran out.
+/// An error in the words of this crate.
+pub(super) fn stated(what: String) -> Error {
+    let help = if what == TOO_LARGE {
+        "build fewer or shorter expressions: a sum over all links is as long as the robot has parameters, and every new \
+         one is kept"
+    } else {
+        "`lacuna check` on the script shows what it means to the engines"
+    };
+    Error::new(what).help(help)
+}
+
+/// The time of the script ran out.
 pub(super) fn out_of_time(seconds: f64) -> Error {
-    Error::new(format!("the script took more than {seconds} s"))
+    Error::new(format!("the script took more than {seconds} s, all it did counted together"))
         .help("simplify it, or allow more with `seconds`")
+        .ending()
 }
 
 /// Somebody stopped the study.
 pub(super) fn cancelled() -> Error {
-    Error::new("the script was stopped from outside").help("run it again to go on")
+    Error::new("the script was stopped from outside").help("run it again to go on").ending()
 }
 
 /// Signatures without the interpreter's own names.

@@ -50,6 +50,8 @@ pub use thin::thinned;
 use std::borrow::Cow;
 use std::sync::Arc;
 
+use crate::stop::Stop;
+
 /// A motion on a uniform clock, ready for regressors. Joint quantities are stored joint by joint:
 /// `q[j][k]` is joint `j` at sample `k`.
 ///
@@ -88,6 +90,8 @@ pub struct Run {
     pub leaves_out: bool,
     /// What the model at hand makes of this run; put here by a fit of effects that depend on it.
     pub model: Option<Arc<ModelTorque>>,
+    /// The work that it is prepared for, which somebody may stop.
+    pub stop: Stop,
 }
 
 /// What a model makes of one run, at every sample (not filtered).

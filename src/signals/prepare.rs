@@ -82,6 +82,7 @@ pub fn prepare(log: &Log, settings: &Settings) -> Result<(Run, SignalReport)> {
         unusable: Vec::new(),
         leaves_out: false,
         model: None,
+        stop: Default::default(),
     };
     check_size(&run)?;
     let dt = design.dt;

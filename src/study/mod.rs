@@ -27,6 +27,7 @@ use crate::retrieval::checkpoint::Checkpoint;
 use crate::retrieval::{Step, Watch};
 use crate::robot::Robot;
 use crate::scenario::{Logs, Published, Scenario};
+use crate::stop::Stop;
 use crate::text;
 
 use leeway::Leeway;
@@ -43,12 +44,21 @@ pub struct Options<'a> {
     pub watch: &'a Watch<'a>,
     /// Where engines keep finished runs while they work; removed when the study is done.
     pub checkpoint: Option<Checkpoint>,
+    /// When what is no engine (a script) ends, with nothing kept.
+    pub stop: Stop,
 }
 
 impl<'a> Options<'a> {
     /// The scenario as it stands, never stopped, without checkpoints.
     pub fn new(progress: &'a mut dyn FnMut(&str)) -> Self {
-        Self { data: Vec::new(), seed: None, progress, watch: &go_on, checkpoint: None }
+        Self {
+            data: Vec::new(),
+            seed: None,
+            progress,
+            watch: &go_on,
+            checkpoint: None,
+            stop: Stop::default(),
+        }
     }
 }
 
@@ -82,6 +92,7 @@ struct Study<'a> {
     progress: &'a mut dyn FnMut(&str),
     watch: &'a Watch<'a>,
     checkpoint: Option<Checkpoint>,
+    stop: Stop,
     stopped: bool,
     timing: BTreeMap<String, f64>,
     warnings: Vec<String>,
@@ -130,6 +141,7 @@ impl<'a> Study<'a> {
         }
         for constraint in &mut scenario.constraints {
             constraint.load(&folder)?;
+            constraint.ends_with(&options.stop);
         }
         for preset in &scenario.presets {
             scenario.constraints.extend(crate::constraints::open(&named(&folder, preset)?)?);
@@ -147,6 +159,7 @@ impl<'a> Study<'a> {
             progress: options.progress,
             watch: options.watch,
             checkpoint: options.checkpoint,
+            stop: options.stop,
             stopped: false,
             timing: BTreeMap::new(),
             warnings: Vec::new(),

@@ -142,7 +142,7 @@ impl Study<'_> {
             let (run, report) = prepare(log, &self.scenario.signals)?;
             all.lines.extend(report.lines());
             all.names.push(log.name.clone());
-            all.runs.push(run);
+            all.runs.push(Run { stop: self.stop.clone(), ..run });
         }
         Ok(all)
     }

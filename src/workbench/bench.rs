@@ -12,6 +12,7 @@ use super::progress::Progress;
 use super::study::Study;
 use super::work::{self, Job};
 use crate::error::{Error, Result};
+use crate::stop::Stop;
 
 /// What all requests and both threads share.
 pub(super) struct Bench {
@@ -29,6 +30,8 @@ pub(super) struct Bench {
     pending: AtomicU64,
     /// Whether the foreground is asked to stop.
     stop: AtomicBool,
+    /// How often somebody has stopped what runs.
+    stops: Arc<AtomicU64>,
     /// Number of the search in the background; older ones end when they see it.
     pub search: AtomicU64,
     /// The search that is asked to end with what it has found.
@@ -60,6 +63,7 @@ impl Bench {
             data: AtomicU64::new(0),
             pending: AtomicU64::new(0),
             stop: AtomicBool::new(false),
+            stops: Arc::default(),
             search: AtomicU64::new(0),
             ended: AtomicU64::new(0),
             auto: AtomicBool::new(false),
@@ -154,16 +158,25 @@ impl Bench {
 
     /// Asks whatever runs to stop and keep what it has found.
     pub fn stop(&self) {
+        self.stops.fetch_add(1, Ordering::SeqCst);
         if self.pending.load(Ordering::SeqCst) > 0 {
             self.stop.store(true, Ordering::SeqCst);
         }
         self.auto.store(false, Ordering::SeqCst);
         self.ended.store(self.search.load(Ordering::SeqCst), Ordering::SeqCst);
-        self.progress(Place::Background, |p| {
-            if let Some(p) = p {
-                p.say("stopping");
-            }
-        });
+        for place in [Place::Foreground, Place::Background] {
+            self.progress(place, |p| {
+                if let Some(p) = p.as_mut().filter(|p| p.stoppable) {
+                    p.say("stopping");
+                }
+            });
+        }
+    }
+
+    /// Ends what is done at once for a request (a script that is checked) when somebody stops what runs.
+    pub fn draft(&self) -> Stop {
+        let (stops, before) = (Arc::clone(&self.stops), self.stops.load(Ordering::SeqCst));
+        Stop::when(move || stops.load(Ordering::SeqCst) != before)
     }
 
     /// Lets go of the search in the background: nobody waits for it any more.

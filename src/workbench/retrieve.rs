@@ -1,6 +1,7 @@
 //! Link parameters for the model on show: the scenario in the folder, run as the command line runs it.
 
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -15,6 +16,7 @@ use crate::error::{Error, Result};
 use crate::report::finite;
 use crate::retrieval::checkpoint::Checkpoint;
 use crate::retrieval::{RetrievalEngine, Step, catalogue};
+use crate::stop::Stop;
 use crate::study::{self, Outcome};
 use crate::text;
 
@@ -137,9 +139,14 @@ fn solve(bench: &Arc<Bench>, path: &std::path::Path) -> Result<Outcome> {
         }
         if bench.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
+    // Before the first engine there is nothing to keep; from then on its best is.
+    let searching = Arc::new(AtomicBool::new(false));
+    let (own, begun) = (Arc::clone(bench), Arc::clone(&searching));
+    let stop = Stop::when(move || own.is_stopped() && !begun.load(Ordering::SeqCst));
     let mut progress = |what: &str| {
         let engine = what.strip_prefix(LEAD).map(str::to_string);
         if engine.is_some() {
+            searching.store(true, Ordering::SeqCst);
             let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
             *told = Told { since: Instant::now(), told: told.told, history: Vec::new(), every: 1, seen: 0 };
         }
@@ -162,6 +169,7 @@ fn solve(bench: &Arc<Bench>, path: &std::path::Path) -> Result<Outcome> {
             progress: &mut progress,
             watch: &watch,
             checkpoint: Some(Checkpoint { folder, resume: false }),
+            stop,
         },
     )
 }

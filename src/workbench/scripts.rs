@@ -48,7 +48,7 @@ pub(super) fn check(bench: &Bench, draft: &Draft) -> Result<Value> {
     let name = draft.file.as_deref().filter(|f| is_name(f)).unwrap_or("script.rhai");
     let path = place.join(name);
     write_whole(&path, draft.text.as_bytes())?;
-    let options = check::Options { robot, data: None, columns: None, gravity };
+    let options = check::Options { robot, data: None, columns: None, gravity, stop: bench.draft() };
     let report = check::file(&path, &options);
     std::fs::remove_dir_all(&place)
         .map_err(|e| Error::new(format!("cannot remove it: {e}")).in_file(&place))?;

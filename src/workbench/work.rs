@@ -14,6 +14,7 @@ use super::{folder, logs, scan, written};
 use crate::diagnose::{Fitted, Fitting};
 use crate::error::{Error, Result};
 use crate::log::ColumnMap;
+use crate::stop::Stop;
 
 /// Rows times joints beyond which logs are not kept beside a search.
 const LARGE: usize = 1_500_000;
@@ -37,7 +38,7 @@ pub(super) enum Job {
 
 /// Does what comes until the process ends.
 pub(super) fn run(bench: &Arc<Bench>, jobs: &Receiver<(u64, Job)>) {
-    let mut worker = Worker { bench: Arc::clone(bench), at: None, data: 0 };
+    let mut worker = Worker { bench: Arc::clone(bench), at: None, data: 0, stop: Stop::default() };
     while let Ok((asked_for, job)) = jobs.recv() {
         worker.data = bench.data();
         let due = asked_for == worker.data || !job.is_of_its_data();
@@ -73,6 +74,8 @@ struct Worker {
     at: Option<(usize, Fitting)>,
     /// Number of the data that the job at hand works on.
     data: u64,
+    /// Ends the job at hand.
+    stop: Stop,
 }
 
 impl Job {
@@ -89,6 +92,11 @@ impl Worker {
     }
 
     fn act(&mut self, job: Job) -> Result<()> {
+        let bench = Arc::clone(&self.bench);
+        self.stop = Stop::when(move || bench.is_stopped());
+        if let Some((_, fitting)) = &mut self.at {
+            fitting.work_for(&self.stop);
+        }
         match job {
             Job::Open { again } => self.open(again),
             Job::Refit => {
@@ -96,7 +104,10 @@ impl Worker {
                 self.fit_all(true)
             }
             Job::Add(addition, search) => self.add(addition, search),
-            Job::Look(step) => self.look(step),
+            Job::Look(step) => {
+                self.fit_what_was_stopped(step)?;
+                self.look(step)
+            }
             Job::Begin(root) => self.begin(root),
             Job::Retrieve(order) => {
                 self.say("retrieve", "retrieving link parameters", true);
@@ -143,8 +154,11 @@ impl Worker {
         let ids: Vec<usize> = self.bench.study().steps.iter().map(|s| s.id).collect();
         let mut trouble = None;
         for id in ids {
-            self.say("fit", "fitting", false);
+            self.say("fit", "fitting", true);
             if let Err(error) = self.fit_step(id, again) {
+                if self.stop.asked() {
+                    return Err(not_fitted(error));
+                }
                 // What cannot be added in other data is gone, and with it what stood on it.
                 self.forget(id);
                 trouble.get_or_insert(error);
@@ -153,6 +167,19 @@ impl Worker {
         let shown = self.bench.study().shown;
         let looked = shown.map_or(Ok(()), |id| self.look(id));
         trouble.map_or(looked, Err)
+    }
+
+    /// Fits a step whose fit was stopped, and is wanted after all.
+    fn fit_what_was_stopped(&mut self, id: usize) -> Result<()> {
+        let is_open = {
+            let Some(study) = self.study() else { return Ok(()) };
+            study.is_ready() && study.step(id).is_some_and(|s| !s.is_there())
+        };
+        if is_open {
+            self.say("fit", "fitting", true);
+            self.fit_step(id, true)?;
+        }
+        Ok(())
     }
 
     /// Takes a step that was added out of the study; first steps stay for other data.
@@ -199,7 +226,10 @@ impl Worker {
     fn start(&mut self, root: &Root) -> Result<Fitting> {
         self.at = None;
         let inputs = Inputs::of(&self.bench.study())?;
-        inputs.request(root.start(), |request| Fitting::start(request, inputs.widths()))
+        inputs.request(root.start(), |mut request| {
+            request.limits.stop.clone_from(&self.stop);
+            Fitting::start(request, inputs.widths())
+        })
     }
 
     /// The prepared logs with the model of a step.
@@ -239,7 +269,7 @@ impl Worker {
         let parent = shown.ok_or_else(|| {
             Error::new("there is no model to add an effect to").help("give a robot and a log first")
         })?;
-        self.say("add", &format!("adding {}", added.effect.replace('_', " ")), false);
+        self.say("add", &format!("adding {}", added.effect.replace('_', " ")), true);
         let mut fitting = self.at(parent)?;
         let candidates = {
             let mut study = self.bench.study();
@@ -267,7 +297,7 @@ impl Worker {
             return Ok(());
         };
         if step.ranking.is_none() && !self.bench.is_awaited() {
-            self.say("scan", "scoring every candidate once", false);
+            self.say("scan", "scoring every candidate once", true);
             let mut fitting = self.at(id)?;
             let extra = written::candidates(&self.bench.study())?;
             fitting.consider(extra);
@@ -299,12 +329,17 @@ impl Worker {
     }
 
     fn begin(&mut self, root: Root) -> Result<()> {
-        self.say("fit", &format!("fitting the {}", root.label()), false);
+        self.say("fit", &format!("fitting the {}", root.label()), true);
         let fitting = self.start(&root)?;
         let id = self.bench.study().next_id();
         self.publish(Step { id, ..first(root) }, fitting, Some(None))?;
         self.look(id)
     }
+}
+
+/// The error where models of the study were not fitted because somebody stopped that.
+fn not_fitted(error: Error) -> Error {
+    Error::new(error.message()).help("models without figures are fitted when they are shown")
 }
 
 /// What to call a first step of given effects.

@@ -13,19 +13,22 @@ pub use sample::Input;
 pub(super) use sample::{JointView, Moment, PROPERTIES};
 
 use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 use std::rc::Rc;
 
 use rhai::{Array, Dynamic, Map};
 
+use super::budget::{Clock, MOST_BYTES, TOO_LARGE, Usage};
 use super::engine::{Limits, Machine};
 use super::graph::Id;
 use super::paths::{Taken, ways};
 use super::program::Flow;
 use super::rules::choice;
 use super::tracer::{Number, kind};
-use super::{Script, Settings};
+use super::{Script, Settings, trouble};
 use crate::error::{Error, Result};
+use crate::stop::Stop;
 use sample::{Inputs, unknown};
 
 /// Functions an effect script may define, with the number of their arguments; the last only with a memory.
@@ -42,6 +45,8 @@ pub struct EffectScript {
     about: EffectAbout,
     settings: Settings,
     needs_torque: bool,
+    used: Usage,
+    key: u64,
 }
 
 /// The columns of one joint, ready to be computed sample by sample; plain data that threads share.
@@ -51,17 +56,38 @@ pub struct JointColumns {
     pub inputs: Vec<Input>,
     columns: Flow,
     memory: Flow,
+    /// Where the script's `columns` and `remember` stand.
+    places: [(usize, usize); 2],
 }
 
 impl JointColumns {
     /// One value per parameter, from values of the inputs; `room` is room to work in.
-    pub fn columns(&self, inputs: &[f64], room: &mut Vec<f64>, out: &mut [f64]) {
-        self.columns.run(inputs, room, out);
+    pub(crate) fn columns(
+        &self,
+        inputs: &[f64],
+        room: &mut Vec<f64>,
+        out: &mut [f64],
+        clock: &mut Clock<'_>,
+    ) -> Result<()> {
+        let [place, _] = self.places;
+        self.columns.run(inputs, room, out, clock).map_err(|halt| clock.error(halt, "columns", place))
     }
 
     /// The memory at this sample, from values of the inputs with the memory of the sample before.
-    pub fn remember(&self, inputs: &[f64], room: &mut Vec<f64>, out: &mut [f64]) {
-        self.memory.run(inputs, room, out);
+    pub(crate) fn remember(
+        &self,
+        inputs: &[f64],
+        room: &mut Vec<f64>,
+        out: &mut [f64],
+        clock: &mut Clock<'_>,
+    ) -> Result<()> {
+        let [_, place] = self.places;
+        self.memory.run(inputs, room, out, clock).map_err(|halt| clock.error(halt, "remember", place))
+    }
+
+    /// Where the script says how its memory goes on.
+    pub(crate) fn place_of_memory(&self) -> (usize, usize) {
+        self.places[1]
     }
 }
 
@@ -71,8 +97,9 @@ impl EffectScript {
     /// # Errors
     /// With file, line and column when the script is none, or says something that cannot be.
     pub fn new(script: Script, with: &Settings) -> Result<Self> {
+        let used = Usage::default();
         let read = || -> Result<(EffectAbout, Settings, bool)> {
-            let limits = Limits::default();
+            let limits = Limits { used: used.clone(), ..Limits::default() };
             let (machine, _) = machine(&script, &Rc::from([]), &limits)?;
             check(&machine)?;
             let about = about::read(&machine, machine.call("about", (), limits.seconds)?)?;
@@ -90,7 +117,18 @@ impl EffectScript {
             Ok((about, settings, machine.dialect.mentions.contains("load")))
         };
         let (about, settings, needs_torque) = read().map_err(|e: Error| e.in_file(script.file()))?;
-        Ok(Self { script, about, settings, needs_torque })
+        let key = key(&script);
+        Ok(Self { script, about, settings, needs_torque, used, key })
+    }
+
+    /// What it has used up so far, but for work that counts by itself.
+    pub fn used(&self) -> &Usage {
+        &self.used
+    }
+
+    /// Begins to count what it does with data in the work that `stop` ends, within so many seconds.
+    pub(crate) fn clock<'a>(&'a self, seconds: f64, stop: &'a Stop) -> Clock<'a> {
+        Clock::start(&self.used, self.key, seconds, stop)
     }
 
     /// What the script says about itself.
@@ -131,10 +169,24 @@ impl EffectScript {
             let columns = trace.flow("columns")?;
             let memory =
                 if self.about.memory.is_empty() { Flow::default() } else { trace.flow("remember")? };
-            Ok(JointColumns { inputs: inputs.borrow().clone(), columns, memory })
+            let places = ["columns", "remember"].map(|function| machine.place(function));
+            let kept = columns.size() + memory.size();
+            if limits.used.bytes() + kept > MOST_BYTES {
+                let (line, column) = places[0];
+                return Err(trouble::stated(TOO_LARGE.into()).at(line, column));
+            }
+            limits.used.keep(kept);
+            Ok(JointColumns { inputs: inputs.borrow().clone(), columns, memory, places })
         };
         lower().map_err(|e: Error| e.in_file(self.script.file()))
     }
+}
+
+/// Tells scripts apart, whoever reads them.
+fn key(script: &Script) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    (&script.file, &script.text).hash(&mut hasher);
+    hasher.finish()
 }
 
 fn machine(script: &Script, joints: &Rc<[String]>, limits: &Limits) -> Result<(Machine, Inputs)> {
