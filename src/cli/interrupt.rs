@@ -28,7 +28,7 @@ impl Interrupt {
                 std::process::exit(INTERRUPTED);
             }
             if !quiet {
-                eprintln!("\ninterrupted: keeping the best so far (Ctrl-C again ends at once)");
+                super::say("\ninterrupted: keeping the best so far (Ctrl-C again ends at once)");
             }
         };
         ctrlc::set_handler(on_signal)

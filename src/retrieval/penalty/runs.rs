@@ -123,7 +123,7 @@ fn check(problem: &Problem, runs: usize, stages: usize) -> Result<()> {
     if runs == 0 || stages == 0 {
         let which = if runs == 0 { "runs" } else { "stages" };
         return Err(
-            Error::new(format!("the engine has no {which}")).help(format!("set {which} to at least 1"))
+            Error::new(format!("`{which}` of the engine is 0")).help(format!("set {which} to at least 1"))
         );
     }
     let space = problem.chart.space();
