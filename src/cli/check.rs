@@ -49,7 +49,7 @@ impl Check {
 pub(super) fn gravity(text: &str) -> Result<[f64; 3]> {
     let parts: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
     <[f64; 3]>::try_from(parts).ok().filter(|g| g.iter().all(|x| x.is_finite())).ok_or_else(|| {
-        Error::new(format!("--gravity {text}: not three numbers"))
+        Error::new(format!("--gravity \"{text}\": not three numbers"))
             .help("write for example --gravity 0,0,-9.81 [m/s², base frame]")
     })
 }

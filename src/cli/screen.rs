@@ -3,7 +3,7 @@
 
 use std::io::{IsTerminal, Write};
 
-use clap::error::{ContextKind, ErrorKind};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use lacuna::text::{harmless, harmless_json};
 use lacuna::{Error, Result};
 
@@ -51,11 +51,13 @@ pub(super) fn leave(mut said: clap::Error) -> ! {
         // It quotes what it was given, colours and all.
         let kinds = [ContextKind::InvalidArg, ContextKind::InvalidValue, ContextKind::InvalidSubcommand];
         for kind in kinds {
-            if let Some(clap::error::ContextValue::String(given)) = said.get(kind) {
-                let short = clap::error::ContextValue::String(shortened(given));
+            if let Some(ContextValue::String(given)) = said.get(kind) {
+                let short = ContextValue::String(shortened(given));
                 said.insert(kind, short);
             }
         }
+        // A tip would quote it once more.
+        said.remove(ContextKind::Suggested);
         say(said.render().to_string().trim_end());
         std::process::exit(said.exit_code());
     }

@@ -85,14 +85,13 @@ fn no_argument_steers_the_terminal() {
 
 /// Every flag and place of every command, with this word.
 fn arguments(word: &str) -> Vec<Vec<String>> {
-    let commands: [&[&str]; 26] = [
+    let commands: [&[&str]; 25] = [
         &["WORD"],
         &["--WORD"],
         &["scenario", "WORD"],
         &["scenario", "files.ron", "--data", "WORD"],
         &["scenario", "good.ron", "--seed", "WORD"],
         &["scenario", "good.ron", "--jobs", "WORD"],
-        &["scenario", "good.ron", "--resume", "WORD"],
         &["check", "WORD"],
         &["check", "log.csv", "--robot", "WORD"],
         &["check", "log.csv", "--robot", "arm.ron", "--gravity", "WORD"],
