@@ -6,6 +6,7 @@ use super::{Findings, Kind, LogFacts, RobotFacts, Severity};
 use crate::constraints::Explanation;
 use crate::error::Error;
 use crate::report::wrap;
+use crate::text::one_line;
 
 /// Everything a check found out.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -120,8 +121,8 @@ impl Report {
     /// For people.
     pub fn text(&self) -> String {
         let mut text = match self.kind {
-            Some(kind) => format!("{}: {}\n", self.file, kind.text()),
-            None => format!("{}: not recognised\n", self.file),
+            Some(kind) => format!("{}: {}\n", one_line(&self.file), kind.text()),
+            None => format!("{}: not recognised\n", one_line(&self.file)),
         };
         let mut sections: Vec<Section> = self.robot.iter().flat_map(RobotFacts::sections).collect();
         if self.kind == Some(Kind::Scenario) {
