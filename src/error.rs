@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
-use crate::text::shown::{cut_path, cut_quotes};
+use crate::text::shown::{cut_message, cut_path, cut_quotes};
 
 /// Result with the crate's [`Error`].
 pub type Result<T, E = Error> = std::result::Result<T, E>;
@@ -99,7 +99,7 @@ impl Error {
 
     /// The message with long quotes cut, as it is shown.
     pub fn brief(&self) -> String {
-        cut_quotes(&self.what)
+        cut_message(&self.what)
     }
 
     /// Where it happened, if it has a place.

@@ -204,6 +204,9 @@ pub(super) fn number(x: f64, digits: usize) -> String {
     if x.abs() < 1e-9 {
         return "0".into();
     }
+    if !x.is_finite() {
+        return x.to_string();
+    }
     let whole = libm::floor(libm::log10(x.abs())) as i32 + 1;
     let decimals = (digits as i32 - whole).clamp(0, 12) as usize;
     let text = format!("{x:.decimals$}");

@@ -62,6 +62,12 @@ pub(crate) fn cut_quotes(message: &str) -> String {
     text
 }
 
+/// [`cut_quotes`], and no more than fills half a screen.
+pub(crate) fn cut_message(message: &str) -> String {
+    const LONGEST: usize = 1000;
+    cut(&cut_quotes(message), LONGEST).into_owned()
+}
+
 fn cut_words(text: &str) -> String {
     text.split_inclusive(char::is_whitespace)
         .map(|word| {
