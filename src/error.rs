@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::Path;
 
+use crate::text::shown::{cut_message, cut_path, cut_quotes};
+
 /// Result with the crate's [`Error`].
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
@@ -19,7 +21,7 @@ pub struct Place {
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.file)?;
+        write!(f, "{}", cut_path(&self.file))?;
         if let Some(line) = self.line {
             write!(f, ":{line}")?;
             if let Some(column) = self.column {
@@ -110,6 +112,11 @@ impl Error {
         &self.what
     }
 
+    /// The message with long quotes cut, as it is shown.
+    pub fn brief(&self) -> String {
+        cut_message(&self.what)
+    }
+
     /// Where it happened, if it has a place.
     pub fn place(&self) -> Option<&Place> {
         self.place.as_ref()
@@ -121,9 +128,9 @@ impl fmt::Display for Error {
         if let Some(place) = &self.place {
             write!(f, "{place}: ")?;
         }
-        write!(f, "{}", self.what)?;
+        write!(f, "{}", self.brief())?;
         if let Some(help) = &self.help {
-            write!(f, "\n  help: {help}")?;
+            write!(f, "\n  help: {}", cut_quotes(help))?;
         }
         Ok(())
     }

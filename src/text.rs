@@ -6,8 +6,10 @@ pub(crate) mod files;
 mod find;
 mod guard;
 pub(crate) mod names;
+pub(crate) mod shown;
 
 pub use names::suggestion;
+pub use shown::{harmless, harmless_json, one_line};
 
 use std::io::{Read, Write};
 use std::path::Path;

@@ -5,6 +5,8 @@
 mod logs;
 #[path = "bad_input/models.rs"]
 mod models;
+#[path = "bad_input/names.rs"]
+mod names;
 #[path = "bad_input/paths.rs"]
 mod paths;
 #[path = "bad_input/robots.rs"]

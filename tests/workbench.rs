@@ -4,6 +4,8 @@
 mod client;
 #[path = "workbench/data.rs"]
 mod data;
+#[path = "workbench/door.rs"]
+mod door;
 
 #[path = "workbench/stop.rs"]
 mod stop;

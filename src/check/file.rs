@@ -38,7 +38,13 @@ pub struct Options {
 pub fn file(path: &Path, options: &Options) -> Report {
     let mut report = Report::new(path);
     if let Err(error) = examine(path, options, &mut report) {
+        // What has no place of its own came up when the log was tried, or the file itself where there is none.
+        let tried = options.data.as_deref().unwrap_or(path);
+        let error = if error.place().is_none() { error.in_file(tried) } else { error };
         report.problems.insert(0, Problem::new(error, true));
+    }
+    for remark in &mut report.remarks {
+        *remark = text::shown::cut_quotes(remark);
     }
     if report.unusable().is_some() {
         report.next = vec!["mend what is marked x, and check again".into()];

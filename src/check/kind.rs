@@ -268,7 +268,11 @@ fn table(text: &str) -> Kind {
 
 /// The first bytes, unpacked.
 pub(super) fn head(path: &Path) -> Result<Vec<u8>> {
-    let trouble = |e: std::io::Error| Error::new(format!("cannot read the file: {e}")).in_file(path);
+    let trouble = |e: std::io::Error| {
+        Error::new(format!("cannot read the file: {e}"))
+            .in_file(path)
+            .help("check the path and its permissions")
+    };
     let mut head = Vec::new();
     let file = File::open(path).map_err(trouble)?;
     if file.metadata().map_err(trouble)?.is_dir() {

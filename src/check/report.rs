@@ -6,6 +6,7 @@ use super::{Findings, Kind, LogFacts, RobotFacts, Severity};
 use crate::constraints::Explanation;
 use crate::error::Error;
 use crate::report::wrap;
+use crate::text::one_line;
 
 /// Everything a check found out.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -120,8 +121,8 @@ impl Report {
     /// For people.
     pub fn text(&self) -> String {
         let mut text = match self.kind {
-            Some(kind) => format!("{}: {}\n", self.file, kind.text()),
-            None => format!("{}: not recognised\n", self.file),
+            Some(kind) => format!("{}: {}\n", one_line(&self.file), kind.text()),
+            None => format!("{}: not recognised\n", one_line(&self.file)),
         };
         let mut sections: Vec<Section> = self.robot.iter().flat_map(RobotFacts::sections).collect();
         if self.kind == Some(Kind::Scenario) {
@@ -202,6 +203,9 @@ fn against(name: &str, f: &Findings) -> Section {
 pub(super) fn number(x: f64, digits: usize) -> String {
     if x.abs() < 1e-9 {
         return "0".into();
+    }
+    if !x.is_finite() {
+        return x.to_string();
     }
     let whole = libm::floor(libm::log10(x.abs())) as i32 + 1;
     let decimals = (digits as i32 - whole).clamp(0, 12) as usize;

@@ -179,7 +179,7 @@ impl Look<'_> {
 
     /// The value, or a problem more.
     fn taken<T>(&mut self, result: Result<T>) -> Option<T> {
-        result.map_err(|e| self.problem(e)).ok()
+        result.map_err(|e| self.problem(text::placed(e, self.path))).ok()
     }
 
     fn robot(&mut self, scenario: &Scenario, gravity: Option<[f64; 3]>) -> Option<(Robot, Option<Robot>)> {

@@ -26,8 +26,9 @@ pub(super) struct Check {
 }
 
 impl Check {
-    /// True when nothing is wrong; what makes the file unusable is the error.
-    pub(super) fn run(self, global: &Global) -> Result<bool> {
+    /// Exit code: 0 when nothing is wrong, 2 when the file is unusable. What makes it so is the error, unless the
+    /// report that was printed says it already.
+    pub(super) fn run(self, global: &Global) -> Result<u8> {
         let gravity = self.gravity.as_deref().map(gravity).transpose()?;
         let options = Options {
             robot: self.robot,
@@ -37,14 +38,16 @@ impl Check {
             ..Options::default()
         };
         let report = check::file(&self.file, &options);
+        let told = report.kind.is_some() && !global.json;
         if global.json {
             print_json(&report)?
-        } else if report.kind.is_some() {
+        } else if told {
             print(&report.text())?
         }
         match report.unusable() {
+            Some(_) if told => Ok(2),
             Some(error) => Err(error.clone()),
-            None => Ok(report.is_sound()),
+            None => Ok(u8::from(!report.is_sound())),
         }
     }
 }
@@ -52,7 +55,7 @@ impl Check {
 pub(super) fn gravity(text: &str) -> Result<[f64; 3]> {
     let parts: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
     <[f64; 3]>::try_from(parts).ok().filter(|g| g.iter().all(|x| x.abs() <= 1e6)).ok_or_else(|| {
-        Error::new(format!("--gravity {text}: not three numbers"))
+        Error::new(format!("--gravity \"{text}\": not three numbers"))
             .help("write for example --gravity 0,0,-9.81 [m/s², base frame]")
     })
 }

@@ -5,6 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use lacuna::retrieval::Step;
+use lacuna::text::one_line;
 
 /// Progress for people: one line that is rewritten on a terminal, plain lines elsewhere.
 pub(crate) struct Console {
@@ -62,11 +63,10 @@ impl Console {
         }
         let seconds = self.start.elapsed().as_secs_f64();
         if self.terminal {
-            eprint!("\r\x1b[2K{seconds:6.1} s  {line} ...");
-            let _ = std::io::stderr().flush();
+            put(&format!("\r\x1b[2K{seconds:6.1} s  {} ...", one_line(line)));
             state.open = true;
         } else {
-            eprintln!("{seconds:6.1} s  {line}");
+            put(&format!("{seconds:6.1} s  {}\n", one_line(line)));
         }
     }
 
@@ -74,9 +74,15 @@ impl Console {
     pub(crate) fn clear(&self) {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         if std::mem::take(&mut state.open) {
-            eprint!("\r\x1b[2K");
+            put("\r\x1b[2K");
         }
     }
+}
+
+/// Writes to stderr. That nobody listens is no reason to end.
+fn put(text: &str) {
+    let mut out = std::io::stderr().lock();
+    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
 }
 
 /// `: 35 %, best 3.7262e-4, violation 0, 12 s left`, as far as it is known.

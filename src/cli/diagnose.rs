@@ -71,7 +71,8 @@ impl Diagnose {
         };
         let mut told = progress::Told::default();
         let mut outcome =
-            diagnose(request, &mut |what| told.lines(what).iter().for_each(|line| console.say(line)))?;
+            diagnose(request, &mut |what| told.lines(what).iter().for_each(|line| console.say(line)))
+                .map_err(|e| self.placed(e))?;
         told.rest().iter().for_each(|line| console.say(line));
         console.clear();
         if interrupt.was_asked() {
@@ -100,6 +101,15 @@ impl Diagnose {
             (None, Some(robot)) => self.in_flags(robot),
             (None, None) => Err(Error::new("nothing to diagnose")
                 .help("lacuna diagnose FILE.ron, or lacuna diagnose --robot R --data A.csv")),
+        }
+    }
+
+    /// Trouble with data and settings as a whole stands in the scenario, or in the first log.
+    fn placed(&self, error: Error) -> Error {
+        match (&self.from.scenario, self.from.data.first()) {
+            (Some(file), _) => text::placed(error, file),
+            (None, Some(log)) if error.place().is_none() => error.in_file(log),
+            _ => error,
         }
     }
 

@@ -8,7 +8,7 @@ use lacuna::log::Log;
 use lacuna::robot::Robot;
 use lacuna::{Error, Result};
 
-use super::{Global, open_model, open_robot, print};
+use super::{Global, open_model, open_robot, print_document, say};
 
 /// Arguments of `lacuna dynamics`.
 #[derive(Debug, clap::Args)]
@@ -68,7 +68,7 @@ impl Dynamics {
                 .help("inverse dynamics needs masses and inertias in the robot file"));
         }
         if !massless.is_empty() && !global.quiet {
-            eprintln!("note: no inertia in the file, taken as massless: {}", massless.join(", "));
+            say(&format!("note: no inertia in the file, taken as massless: {}", massless.join(", ")));
         }
         let states =
             Log::open_states(&self.states, &robot).map_err(|e| misplaced(e, &self.states, &[Kind::Log]))?;
@@ -79,7 +79,7 @@ impl Dynamics {
                 .help("every state needs numbers in all q, dq and ddq columns"));
         }
         let table = table(&robot, &states, self.wrenches, self.form).map_err(|e| e.in_file(&self.states))?;
-        print(&table)?;
+        print_document(&table)?;
         Ok(true)
     }
 }

@@ -7,7 +7,7 @@ use lacuna::text::{read, write_whole};
 use lacuna::{Error, Result};
 use serde::Serialize;
 
-use super::{Global, open_model, open_robot, print, print_json};
+use super::{Global, open_model, open_robot, print_document, print_json, say};
 
 /// Arguments of `lacuna export`.
 #[derive(Debug, clap::Args)]
@@ -56,7 +56,7 @@ impl Export {
         let parameters = Parameters::read(&file, &robot).map_err(|e| e.in_file(&self.model))?;
         let doubts = parameters.doubts(&robot);
         if !doubts.is_empty() && !self.force {
-            eprintln!("{}", refusal(&self.model, &parameters, &doubts));
+            say(&refusal(&self.model, &parameters, &doubts));
             return Ok(false);
         }
         let mut exported = self.document(&file, &robot_path, &robot, &parameters)?;
@@ -88,7 +88,7 @@ impl Export {
 
     fn deliver(&self, exported: &Exported, robot: &Robot, global: &Global) -> Result<()> {
         if !global.quiet {
-            exported.notes.iter().for_each(|note| eprintln!("note: {note}"));
+            exported.notes.iter().for_each(|note| say(&format!("note: {note}")));
         }
         let (format, ending) = match self.format {
             Format::Urdf => ("urdf", "urdf"),
@@ -100,14 +100,14 @@ impl Export {
             let path = if is_folder { out.join(format!("{}.{ending}", robot.name)) } else { out.clone() };
             write_whole(&path, exported.text.as_bytes())?;
             if !global.quiet {
-                eprintln!("wrote {}", path.display());
+                say(&format!("wrote {}", path.display()));
             }
             return Ok(());
         }
         if global.json && self.format != Format::Json {
             return print_json(&Wrapped { format, text: &exported.text, notes: &exported.notes });
         }
-        print(&exported.text)
+        print_document(&exported.text)
     }
 }
 

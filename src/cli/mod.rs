@@ -11,6 +11,7 @@ mod interrupt;
 mod list;
 mod offered;
 mod scenario;
+mod screen;
 mod simulate;
 mod sources;
 mod workbench;
@@ -27,6 +28,7 @@ use lacuna::scenario::Scenario;
 use lacuna::{Error, Result};
 
 use console::Console;
+use screen::{json, print, print_document, print_json, say};
 
 /// Identify robot arms from their logs, and find the physics the model is missing.
 #[derive(Debug, Parser)]
@@ -118,34 +120,41 @@ enum Command {
 /// Runs the command line; the result is the process's exit code: 0 done, 1 the answer is negative,
 /// 2 unusable input.
 pub(crate) fn run() -> ExitCode {
-    let matches = offered::adjust(Arguments::command()).get_matches();
+    let matches =
+        offered::adjust(Arguments::command()).try_get_matches().unwrap_or_else(|e| screen::leave(e));
     let name = matches.subcommand_name().unwrap_or_default().to_string();
-    let arguments = Arguments::from_arg_matches(&matches).unwrap_or_else(|e| e.exit());
+    let arguments = Arguments::from_arg_matches(&matches).unwrap_or_else(|e| screen::leave(e));
     offered::note_idle(&name, &arguments.global);
     let console = Console::new(arguments.global.quiet);
-    let answer = prepare(&arguments).and_then(|()| match arguments.command {
-        Command::Scenario { file, data } => scenario::run(&file, data, &arguments.global, &console),
-        Command::Compare { models, robot, data, columns, gravity } => {
-            compare::run(&models, &robot, &data, columns.as_deref(), gravity.as_deref(), &arguments.global)
-        }
-        Command::Benchmark(benchmark) => benchmark.run(&arguments.global, &console),
-        Command::Diagnose(diagnose) => diagnose.run(&arguments.global, &console),
-        Command::Check(check) => check.run(&arguments.global),
-        Command::List { what, name } => list::run(&what, name.as_deref(), &arguments.global),
-        Command::Export(export) => export.run(&arguments.global),
-        Command::Dynamics(dynamics) => dynamics.run(&arguments.global),
-        Command::Workbench(workbench) => workbench.run(&arguments.global),
-        Command::Simulate { file } => simulate::run(&file, &arguments.global, &console),
-    });
+    let answer = prepare(&arguments).and_then(|()| dispatch(arguments, &console));
     console.clear();
     match answer {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::from(1),
+        Ok(code) => ExitCode::from(code),
         Err(error) => {
-            eprintln!("error: {error}");
+            say(&format!("error: {error}"));
             ExitCode::from(2)
         }
     }
+}
+
+/// Does what was asked for.
+fn dispatch(arguments: Arguments, console: &Console) -> Result<u8> {
+    let global = &arguments.global;
+    let positive = match arguments.command {
+        Command::Scenario { file, data } => scenario::run(&file, data, global, console),
+        Command::Compare { models, robot, data, columns, gravity } => {
+            compare::run(&models, &robot, &data, columns.as_deref(), gravity.as_deref(), global)
+        }
+        Command::Benchmark(benchmark) => benchmark.run(global, console),
+        Command::Diagnose(diagnose) => diagnose.run(global, console),
+        Command::Check(check) => return check.run(global),
+        Command::List { what, name } => list::run(&what, name.as_deref(), global),
+        Command::Export(export) => export.run(global),
+        Command::Dynamics(dynamics) => dynamics.run(global),
+        Command::Workbench(workbench) => workbench.run(global),
+        Command::Simulate { file } => simulate::run(&file, global, console),
+    };
+    positive.map(|positive| u8::from(!positive))
 }
 
 /// Opens a scenario; a file of another kind is answered with what takes it.
@@ -190,25 +199,4 @@ fn open_robot(path: &Path, gravity: Option<&str>) -> Result<Robot> {
         _ => Err(Error::new(format!("--gravity \"{text}\" is not three usable numbers"))
             .help("write for example --gravity 0,0,-9.81 [m/s², base frame]")),
     }
-}
-
-/// Prints to stdout; a reader that has gone away is no error of ours.
-fn print(text: &str) -> Result<()> {
-    use std::io::Write;
-    let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Error::new(format!("cannot write to stdout: {e}")))
-        }
-        _ => Ok(()),
-    }
-}
-
-/// Prints one JSON document.
-fn print_json<T: serde::Serialize>(value: &T) -> Result<()> {
-    print(&(json(value)? + "\n"))
-}
-
-fn json<T: serde::Serialize>(value: &T) -> Result<String> {
-    serde_json::to_string_pretty(value).map_err(|e| Error::new(format!("cannot write JSON: {e}")))
 }

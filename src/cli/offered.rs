@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, Command, value_parser};
 
-use super::Global;
+use super::{Global, say};
 
 /// Heading of these flags in help texts.
 pub(super) const HEADING: &str = "Common options";
@@ -70,7 +70,7 @@ pub(super) fn note_idle(name: &str, global: &Global) {
     let idle = IDLE.iter().find(|(of, _)| *of == name).map_or(&[][..], |(_, idle)| idle);
     for (flag, given, why) in given {
         if given && idle.contains(&flag) && !global.quiet {
-            eprintln!("note: --{flag} does nothing here: `{name}` {why}");
+            say(&format!("note: --{flag} does nothing here: `{name}` {why}"));
         }
     }
 }

@@ -9,7 +9,7 @@ use lacuna::{Error, Result, report, text};
 
 use super::console::Console;
 use super::interrupt::Interrupt;
-use super::{Global, json, open_scenario, print, print_json};
+use super::{Global, json, open_scenario, print, print_json, say};
 
 /// `lacuna scenario FILE.ron`: `false` when no engine found feasible parameters, or when interrupted.
 pub(super) fn run(file: &Path, data: Vec<PathBuf>, global: &Global, console: &Console) -> Result<bool> {
@@ -52,7 +52,7 @@ pub(super) fn run(file: &Path, data: Vec<PathBuf>, global: &Global, console: &Co
     if global.json {
         print_json(&outcome.report)?;
         if outcome.stopped && !global.quiet {
-            eprint!("{next}");
+            say(next.trim_end());
         }
     } else {
         print(&report::render(&outcome.report))?;

@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::interrupt::Interrupt;
 use super::sources::Sources;
-use super::{Global, print, print_json};
+use super::{Global, print, print_json, say};
 
 /// Flags of `lacuna workbench`.
 #[derive(Debug, clap::Args)]
@@ -58,10 +58,10 @@ impl Workbench {
             print(&format!("workbench  {}\n", bench.address()))?;
         }
         if !global.quiet {
-            eprintln!(
+            say(&format!(
                 "open it in a browser of this machine; it is good for one, once.\nthe study lies in {folder}; Ctrl-C ends, \
                  --resume {folder} goes on"
-            );
+            ));
         }
         bench.serve()?;
         Ok(true)

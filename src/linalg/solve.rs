@@ -68,7 +68,10 @@ fn back_substituted(triangle: &Triangle) -> Result<(DMatrix<f64>, DVector<f64>)>
 }
 
 fn singular() -> Error {
-    Error::new("the regressor is singular")
+    Error::new(
+        "the regressor is singular: some parameter has no influence on the torque, or several have the same",
+    )
+    .help("record a richer motion, or leave out the effect that asks for it")
 }
 
 /// Condition number in the 2-norm of the columns without the right-hand side, unscaled.

@@ -159,7 +159,8 @@ impl Script {
 
     fn compile(&self, limits: &Limits, register: impl FnOnce(&mut Engine, &Shared)) -> Result<Machine> {
         if self.text.len() > LONGEST {
-            return Err(Error::new(format!("the script is longer than {LONGEST} bytes")));
+            return Err(Error::new(format!("the script is longer than {LONGEST} bytes"))
+                .help("no rule needs so much: name the right file"));
         }
         Machine::new(&self.text, limits, register)
     }

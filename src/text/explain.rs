@@ -90,8 +90,14 @@ fn choice(text: &str, before: &str) -> Option<(String, String)> {
     })
 }
 
+const WHOLE: (&str, &str) = ("a whole number is expected here", "write it plainly, as 3");
+
+/// What the reader says of a backslash and what follows it in a text.
+const ESCAPE: (&str, &str) =
+    ("this text holds a `\\` that means nothing", "write `\\\\` for one, or a raw text: r\"...\"");
+
 /// What is wrong with brackets, commas and literals: how the reader's message begins, ours, and help.
-const SHAPES: [(&str, &str, &str); 21] = [
+const SHAPES: [(&str, &str, &str); 39] = [
     (
         "Unexpected char",
         "a value is expected here",
@@ -130,9 +136,27 @@ const SHAPES: [(&str, &str, &str); 21] = [
     ("Expected opening `[`", "a list is expected here", "write it in brackets: [a, b]"),
     ("Expected closing `]`", "a closing `]` is expected here", "separate the entries of a list by commas"),
     ("Expected string", "a text in double quotes is expected here", "write it as \"...\""),
-    ("Expected integer", "a whole number is expected here", "write it plainly, as 3"),
-    ("Invalid digit", "a whole number is expected here", "write it plainly, as 3"),
-    ("Unexpected underscore", "a number is expected here", "write it plainly, as 0.5 or 1e-3"),
+    ("Expected integer", WHOLE.0, WHOLE.1),
+    ("Invalid digit", WHOLE.0, WHOLE.1),
+    ("Unexpected leading underscore", "a number is expected here", "it may not begin with an underscore"),
+    ("Unexpected underscore in float", "a number is expected here", "write it without underscores"),
+    ("Expected option", "a value or None is expected here", "leave the field out where it has no value"),
+    ("Expected unit", "an empty () is expected here", "write ()"),
+    ("Expected end of string", "a text is not closed", "close it by a double quote"),
+    ("Unclosed block comment", "a comment is not closed", "close it by */"),
+    ("Expected an `#![enable", "an attribute is broken here", "leave it out: nothing here needs one"),
+    ("Expected closing `)]` after", "an attribute is broken here", "leave it out: nothing here needs one"),
+    ("No RON extension", "there is no such extension of RON", "leave it out: nothing here needs one"),
+    ("Invalid identifier", "this cannot be a name", "names are letters, digits and _"),
+    ("Found invalid std identifier", "this cannot be a name", "names are letters, digits and _"),
+    ("Unknown escape", ESCAPE.0, ESCAPE.1),
+    ("Non-hex digit found", ESCAPE.0, ESCAPE.1),
+    ("Not a valid Unicode", ESCAPE.0, ESCAPE.1),
+    ("Not a valid byte", ESCAPE.0, ESCAPE.1),
+    ("Missing { in Unicode", ESCAPE.0, ESCAPE.1),
+    ("No } at the end of Unicode", ESCAPE.0, ESCAPE.1),
+    ("Expected 1-6 digits", ESCAPE.0, ESCAPE.1),
+    ("Unexpected Unicode escape", ESCAPE.0, ESCAPE.1),
     ("Expected float", "a number is expected here", "write it plainly, as 0.5 or 1e-3"),
     ("Expected boolean", "a truth value is expected here", "write true or false"),
     ("Expected char", "a character is expected here", "write it in single quotes, as ';'"),

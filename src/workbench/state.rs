@@ -57,7 +57,7 @@ pub(super) fn error(e: &Error) -> Value {
     let help = text.split_once("\n  help: ").map(|(_, help)| help.to_string());
     let place = e.place();
     let file = place.map(|p| p.file.rsplit(['/', '\\']).next().unwrap_or_default()).filter(|f| !f.is_empty());
-    json!({"text": e.message(), "help": help, "file": file,
+    json!({"text": e.brief(), "help": help, "file": file,
            "line": place.and_then(|p| p.line), "column": place.and_then(|p| p.column)})
 }
 

@@ -215,3 +215,16 @@ fn data_for_a_scenario_that_takes_none() {
         &["--data", "Files(fit:"],
     );
 }
+
+/// What the reader of RON says in words of its own is said in ours.
+#[test]
+fn numbers_and_texts_that_are_nearly_right() {
+    refused(&[
+        ("(robot: \"arm.ron\", seed: 1e3)", 0, &["bad.ron:1:", "a whole number is expected"]),
+        ("(robot: \"arm.ron\", seed: 0x1g)", 0, &["bad.ron:1:"]),
+        ("(robot: \"arm.ron\", engines: [{\"penalty\": (runs: 2e1)}])", 0, &["bad.ron:1:", "whole number"]),
+        ("(robot: \"a\\qrm.ron\")", 0, &["bad.ron:1:", "means nothing"]),
+        ("(robot: \"a\\u{zz}rm.ron\")", 0, &["bad.ron:1:", "means nothing"]),
+    ]);
+    refused_after(&[("engines: [{\"penalty\": (runs: 0)}]", 24, &["`runs` of the engine is 0"])]);
+}

@@ -116,7 +116,7 @@ fn typos_are_answered_before_the_log_is_read() {
     refused(&["--model", "clasic"], "--model: no model called `clasic`", &["did you mean `classic`?"]);
     folder.refused(&["list", "effects", "payloda"], "no effect", &["did you mean `payload`? known are "]);
     let columns = ["check", "log.csv", "--columns", "libfrank"];
-    assert!(folder.run(&columns).err.contains("did you mean `libfranka`?"), "{}", folder.run(&columns).err);
+    assert!(folder.run(&columns).out.contains("did you mean `libfranka`?"), "{}", folder.run(&columns).out);
     folder.refused(&["list", "efects"], "cannot list `efects`", &["did you mean `effects`?"]);
     folder.refused(&["list", "engines", "lmo"], "no engine", &["did you mean `lmi`?"]);
     folder.refused(&["list", "constraints", "totalmass"], "no constraint", &["did you mean `total_mass`?"]);

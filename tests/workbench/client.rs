@@ -55,8 +55,20 @@ impl Bench {
         Self::spawn(files, &["--resume", "study"])
     }
 
+    /// With so many open files at most.
+    #[cfg(unix)]
+    pub fn open_within(files: &Files, most_open: usize) -> Self {
+        let mut shell = Command::new("sh");
+        let program = env!("CARGO_BIN_EXE_lacuna");
+        shell.args(["-c", &format!("ulimit -n {most_open}; exec \"$@\""), "sh", program]);
+        Self::start(shell, files, &["--out", "study"])
+    }
+
     fn spawn(files: &Files, args: &[&str]) -> Self {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_lacuna"));
+        Self::start(Command::new(env!("CARGO_BIN_EXE_lacuna")), files, args)
+    }
+
+    fn start(mut command: Command, files: &Files, args: &[&str]) -> Self {
         command.current_dir(files.path(".")).arg("workbench").args(args).arg("--json");
         let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("starts");
         let mut lines = BufReader::new(child.stdout.take().expect("a pipe")).lines().map_while(Result::ok);
@@ -117,9 +129,15 @@ impl Bench {
         answer(&all)
     }
 
-    fn send(&self, head: &str, headers: &[(&str, &str)], body: &[u8]) -> TcpStream {
-        let mut stream = TcpStream::connect(("127.0.0.1", self.port)).expect("listens");
+    /// A connection that says nothing yet.
+    pub fn connect(&self) -> TcpStream {
+        let stream = TcpStream::connect(("127.0.0.1", self.port)).expect("listens");
         stream.set_read_timeout(Some(PATIENCE)).expect("a time");
+        stream
+    }
+
+    fn send(&self, head: &str, headers: &[(&str, &str)], body: &[u8]) -> TcpStream {
+        let mut stream = self.connect();
         let mut text = format!("{head}\r\nConnection: close\r\nContent-Length: {}\r\n", body.len());
         for (name, value) in headers {
             text += &format!("{name}: {value}\r\n");

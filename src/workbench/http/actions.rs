@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use axum::extract::rejection::JsonRejection;
-use axum::extract::{Json, State};
+use axum::extract::State;
 use axum::http::StatusCode;
-use axum::response::Response;
+use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
+use super::body::{Body, Object};
 use super::{Shared, reply};
 use crate::error::{Error, Result};
 use crate::log::ColumnMap;
@@ -19,8 +19,6 @@ use crate::workbench::scripts::{self, Draft};
 use crate::workbench::study::{Addition, Role, Root};
 use crate::workbench::work::Job;
 use crate::workbench::{constraints as list, folder, scan};
-
-type Body<T> = Result<Json<T>, JsonRejection>;
 
 /// The answer where a retrieval works on what would change.
 pub(super) fn busy() -> Response {
@@ -35,9 +33,9 @@ async fn act<T: DeserializeOwned + Send + 'static>(
     act: impl FnOnce(&Arc<Bench>, T) -> Result<Value> + Send + 'static,
 ) -> Response {
     match body {
-        Err(e) => reply::failed(StatusCode::BAD_REQUEST, &Error::new(e.body_text())),
+        Err(e) => e.into_response(),
         Ok(_) if shared.bench.is_retrieving() => busy(),
-        Ok(Json(body)) => {
+        Ok(Object(body)) => {
             reply::apart(move || {
                 shared.bench.study().trouble = None;
                 reply::of(act(&shared.bench, body).map(|mut answer| {
@@ -248,7 +246,7 @@ pub(super) async fn diagnose(State(shared): State<Shared>, body: Body<NewSearch>
 /// Stops whatever runs.
 pub(super) async fn stop(State(shared): State<Shared>, body: Body<Nothing>) -> Response {
     if let Err(e) = body {
-        return reply::failed(StatusCode::BAD_REQUEST, &Error::new(e.body_text()));
+        return e.into_response();
     }
     shared.bench.stop();
     reply::document(&json!({"version": shared.bench.version()}))
@@ -290,16 +288,16 @@ pub(super) async fn retrieve(State(shared): State<Shared>, body: Body<Order>) ->
 /// Says what a script means and what is wrong with it.
 pub(super) async fn check_script(State(shared): State<Shared>, body: Body<Draft>) -> Response {
     match body {
-        Ok(Json(draft)) => reply::apart(move || reply::of(scripts::check(&shared.bench, &draft))).await,
-        Err(e) => reply::failed(StatusCode::BAD_REQUEST, &Error::new(e.body_text())),
+        Ok(Object(draft)) => reply::apart(move || reply::of(scripts::check(&shared.bench, &draft))).await,
+        Err(e) => e.into_response(),
     }
 }
 
 /// Keeps a script.
 pub(super) async fn save_script(State(shared): State<Shared>, body: Body<Draft>) -> Response {
-    let Json(draft) = match body {
+    let Object(draft) = match body {
         Ok(draft) => draft,
-        Err(e) => return reply::failed(StatusCode::BAD_REQUEST, &Error::new(e.body_text())),
+        Err(e) => return e.into_response(),
     };
     if shared.bench.is_retrieving() {
         return busy();

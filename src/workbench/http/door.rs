@@ -16,6 +16,7 @@ use rand::rand_core::TryRng;
 use rand::rngs::SysRng;
 
 use super::Shared;
+use super::listen::Guest;
 use super::reply;
 use crate::error::{Error, Result};
 
@@ -140,12 +141,17 @@ async fn admitted(door: &Door, request: Request, next: Next) -> Response {
     }
     let query = uri.query().unwrap_or_default();
     let shows_token = uri.path() == "/" && request.method() == Method::GET && query.contains("token=");
+    let guest = request.extensions().get::<Guest>().cloned();
     if door.is_known(headers) {
+        guest.iter().for_each(Guest::is_known);
         // The token is of no more use, and should not stay in the address.
         return if shows_token { home(None) } else { checked(request, next).await };
     }
     match shows_token.then(|| door.exchange(query)).flatten() {
-        Some(cookie) => home(Some(cookie)),
+        Some(cookie) => {
+            guest.iter().for_each(Guest::is_known);
+            home(Some(cookie))
+        }
         None if shows_token => refuse(
             is_api,
             "this address was used already, or is not the one that was printed",

@@ -1,8 +1,10 @@
 //! The page and its data over HTTP, for one browser on this machine.
 
 mod actions;
+mod body;
 mod door;
 mod events;
+mod listen;
 mod reply;
 mod routes;
 mod upload;
@@ -47,7 +49,8 @@ pub(super) fn serve(bench: Arc<Bench>, listener: TcpListener, door: Door) -> Res
     listener.set_nonblocking(true).map_err(trouble)?;
     runtime.block_on(async {
         let listener = tokio::net::TcpListener::from_std(listener).map_err(trouble)?;
-        axum::serve(listener, router(shared)).await.map_err(trouble)
+        listen::serve(listener, router(shared)).await;
+        Ok(())
     })
 }
 
