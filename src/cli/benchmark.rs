@@ -5,7 +5,10 @@ use lacuna::{Error, Result, text};
 use serde::Serialize;
 
 use super::console::Console;
-use super::{Global, json, print, print_json};
+use super::{Global, claim, elsewhere, json, print, print_json};
+
+/// What has been examined so far.
+const RECORD: &str = "benchmark.json";
 
 /// Flags of `lacuna benchmark`.
 #[derive(Debug, clap::Args)]
@@ -37,11 +40,12 @@ impl Benchmark {
             None => global.seed.unwrap_or(1),
         };
         let items = self.items(seed)?;
+        let out = global.out.as_deref().or(global.resume.as_deref());
+        let output = out.map(|out| claim(out, "benchmark", &[RECORD])).transpose()?;
         let mut record = match &global.resume {
-            Some(folder) => Record::open(&folder.join("benchmark.json"), seed)?,
+            Some(folder) => Record::open(&folder.join(RECORD), seed)?,
             None => Record::new(seed),
         };
-        let out = global.out.as_ref().or(global.resume.as_ref());
         let (start, known) = (Instant::now(), record.sets.len());
         console.say(&format!("examining {} data sets", items.len()));
         run(&items, &mut record, &mut |record, left| {
@@ -49,10 +53,8 @@ impl Benchmark {
             let each = start.elapsed().as_secs_f64() / done.max(1) as f64;
             console
                 .say(&format!("{done} data sets examined, {left} left, about {:.0} s", each * left as f64));
-            match out {
-                Some(folder) => {
-                    text::write_whole(&folder.join("benchmark.json"), (json(record)? + "\n").as_bytes())
-                }
+            match &output {
+                Some(output) => output.write(RECORD, (json(record)? + "\n").as_bytes()).map_err(elsewhere),
                 None => Ok(()),
             }
         })?;

@@ -24,6 +24,7 @@ use lacuna::log::{ColumnMap, Log};
 use lacuna::model_file::ModelFile;
 use lacuna::robot::Robot;
 use lacuna::scenario::Scenario;
+use lacuna::text::Output;
 use lacuna::{Error, Result};
 
 use console::Console;
@@ -146,6 +147,18 @@ pub(crate) fn run() -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+/// Takes a folder for what the command `by` writes, before any work is done; `names` are what it will write.
+fn claim<S: AsRef<str>>(folder: &Path, by: &str, names: &[S]) -> Result<Output> {
+    let output = Output::claim(folder, by).map_err(elsewhere)?;
+    output.check(names).map_err(elsewhere)?;
+    Ok(output)
+}
+
+/// The same error, with what can be done where a folder cannot be written to.
+fn elsewhere(error: Error) -> Error {
+    error.or_help("give another --out DIR, or an empty one")
 }
 
 /// Opens a scenario; a file of another kind is answered with what takes it.
