@@ -48,15 +48,26 @@ impl Answer {
 
 impl Bench {
     pub fn open(files: &Files, args: &[&str]) -> Self {
-        Self::spawn(files, &[args, &["--out", "study"]].concat())
+        Self::spawn(files, &[args, &["--out", "study"]].concat(), None)
+    }
+
+    /// On a disk that takes no file larger than this [KiB].
+    #[cfg(unix)]
+    pub fn open_within(files: &Files, args: &[&str], limit: u32) -> Self {
+        Self::spawn(files, &[args, &["--out", "study"]].concat(), Some(limit))
     }
 
     pub fn resume(files: &Files) -> Self {
-        Self::spawn(files, &["--resume", "study"])
+        Self::spawn(files, &["--resume", "study"], None)
     }
 
-    fn spawn(files: &Files, args: &[&str]) -> Self {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_lacuna"));
+    fn spawn(files: &Files, args: &[&str], limit: Option<u32>) -> Self {
+        let program = env!("CARGO_BIN_EXE_lacuna");
+        let mut command = Command::new(if limit.is_some() { "bash" } else { program });
+        if let Some(limit) = limit {
+            let script = format!("ulimit -f {limit}; trap '' XFSZ; exec \"$0\" \"$@\"");
+            command.args(["-c", &script, program]);
+        }
         command.current_dir(files.path(".")).arg("workbench").args(args).arg("--json");
         let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("starts");
         let mut lines = BufReader::new(child.stdout.take().expect("a pipe")).lines().map_while(Result::ok);
@@ -82,6 +93,10 @@ impl Bench {
 
     pub fn host(&self) -> String {
         format!("127.0.0.1:{}", self.port)
+    }
+
+    pub fn id(&self) -> u32 {
+        self.child.id()
     }
 
     pub fn kill(&mut self) {
