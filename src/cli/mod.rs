@@ -51,7 +51,7 @@ struct Global {
     /// Number of threads; results do not depend on it.
     #[arg(long, global = true, help_heading = offered::HEADING, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// Folder for results.
+    /// Folder for results: new, empty, or one that has some of lacuna already.
     #[arg(long, global = true, help_heading = offered::HEADING, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Folder of an interrupted study, to go on where it was to the same result.

@@ -102,6 +102,7 @@ fn modes_are_set_on_what_was_made_and_nothing_else() {
     std::fs::set_permissions(files.path("study"), std::fs::Permissions::from_mode(0o1777)).expect("sets");
     let bench = Bench::open(&files, &[]).enter();
     assert_eq!(bench.upload("robot", "r.ron", &files.bytes("two_link.ron")).status, 200);
+    bench.wait("the robot", |s| s["robot"]["name"].is_string() && s["job"].is_null());
     assert_eq!(mode(&files.path("study")), 0o1777, "a folder that was there keeps its mode");
     for name in files.names("study") {
         assert_eq!(mode(&files.path(&format!("study/{name}"))), 0o600, "{name}");
@@ -122,7 +123,7 @@ fn steps_that_lead_elsewhere_or_cannot_be_are_refused_with_their_line() {
         (r#""id": 0"#, r#""id": 18446744073709551615"#, "too large"),
         (r#""seed": 1"#, r#""seed": NaN"#, "damaged"),
         (r#""seed": 1"#, r#""seed": 1, "sed": 2"#, "`sed`"),
-        (r#""band_hz": 8.0"#, r#""band_hz": -8.0"#, "`band_hz`"),
+        (r#""band_hz": "#, r#""band_hz": -"#, "`band_hz`"),
         (r#""engines": []"#, r#""engines": ["{\"simplex\": ()}"]"#, "simplex"),
     ] {
         let text = good.replacen(from, to, 1);
@@ -192,7 +193,7 @@ fn what_a_killed_process_had_half_done_is_cleared_and_nothing_else() {
 fn a_full_disk_leaves_nothing_half_done() {
     let files = Files::new();
     let bench = Bench::open_within(&files, &ROBOT, 64).enter();
-    assert_eq!(bench.upload("log", "large.csv", &vec![b'1'; 300_000]).status, 500);
+    assert_eq!(bench.upload("log", "large.csv", &vec![b'1'; 66_000]).status, 500);
     let script = format!("// {}", "x".repeat(100_000));
     let draft = serde_json::json!({"kind": "effect", "text": script}).to_string();
     assert_eq!(bench.post("/api/script/check", &draft).status, 422);

@@ -48,8 +48,9 @@ impl Lock {
             }
             let written =
                 file.set_len(0).and_then(|()| file.write_all(std::process::id().to_string().as_bytes()));
-            written.map_err(|e| cannot_write(folder, &e))?;
-            return Ok(Self { path, file: Some(file) });
+            // Given back, and its file removed, where the disk is full.
+            let lock = Self { path, file: Some(file) };
+            return written.map(|()| lock).map_err(|e| cannot_write(folder, &e));
         }
         Err(Error::new("the folder is being opened and closed all the time").in_file(folder))
     }
