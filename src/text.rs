@@ -8,10 +8,14 @@ mod guard;
 pub(crate) mod names;
 pub(crate) mod shown;
 
-pub use names::suggestion;
 pub use shown::{harmless, harmless_json, one_line};
+pub mod output;
+mod partial;
 
-use std::io::{Read, Write};
+pub use names::suggestion;
+pub use output::Output;
+
+use std::io::Read;
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
@@ -123,36 +127,11 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(trouble)?;
     }
-    let mut partial = path.as_os_str().to_owned();
-    partial.push(format!(".{}.partial", std::process::id()));
-    let write = || -> std::io::Result<()> {
-        let mut file = std::fs::File::create(&partial)?;
-        file.write_all(content)?;
-        file.sync_all()?;
-        std::fs::rename(&partial, path)
-    };
-    write().map_err(|e| {
-        // The half-written file is of no use to anybody; that removing it may fail too changes nothing.
-        let _ = std::fs::remove_file(&partial);
-        trouble(e)
-    })
+    partial::write(path, content, false, true).map_err(trouble)
 }
 
 fn cannot_write(path: &Path, error: &std::io::Error) -> Error {
     Error::new(format!("cannot write here: {error}"))
         .in_file(path)
         .help("name a folder that you may write to with `--out DIR`")
-}
-
-/// Finds out whether files can be written to `folder` later on, before work is spent on what goes there.
-/// Nothing stays behind, not even the folder.
-///
-/// # Errors
-/// When they cannot.
-pub fn check_writable(folder: &Path) -> Result<()> {
-    let place = folder.ancestors().find(|f| f.as_os_str().is_empty() || f.exists()).unwrap_or(folder);
-    let place = if place.as_os_str().is_empty() { Path::new(".") } else { place };
-    let probe = place.join(format!(".lacuna.{}.partial", std::process::id()));
-    let tried = std::fs::File::create(&probe).and_then(|_| std::fs::remove_file(&probe));
-    tried.map_err(|e| cannot_write(folder, &e))
 }

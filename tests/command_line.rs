@@ -3,6 +3,8 @@
 
 #[path = "command_line/folder.rs"]
 mod folder;
+#[path = "command_line/outputs.rs"]
+mod outputs;
 #[path = "command_line/texts.rs"]
 mod texts;
 

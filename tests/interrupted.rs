@@ -100,6 +100,35 @@ fn an_interrupted_study_goes_on_to_the_same_bits() {
 }
 
 #[test]
+fn a_killed_study_goes_on_to_the_same_bits_with_or_without_a_list() {
+    let folder = study(12, 1);
+    let folder = folder.path();
+    let whole = lacuna(folder, "whole", &["--quiet"]).output().expect("runs");
+    assert!(whole.status.success(), "{}", text(&whole.stderr));
+    for (out, keeps_list) in [("part", true), ("of_before", false)] {
+        let mut child =
+            lacuna(folder, out, &["--jobs", "1", "--quiet"]).stdout(Stdio::null()).spawn().expect("starts");
+        wait_for("a checkpoint", || checkpoint(folder, out).exists());
+        child.kill().expect("ends");
+        child.wait().expect("ended");
+        if !keeps_list {
+            for file in [".lacuna.json", ".lacuna.lock"] {
+                std::fs::remove_file(folder.join(out).join(file)).expect("is there");
+            }
+        }
+        let mut resume = Command::new(env!("CARGO_BIN_EXE_lacuna"));
+        resume.current_dir(folder).args(["scenario", "study.ron", "--resume", out, "--quiet"]);
+        let resumed = resume.output().expect("runs");
+        assert!(resumed.status.success(), "{}", text(&resumed.stderr));
+        assert_eq!(report(folder, out), report(folder, "whole"));
+        let left = std::fs::read_dir(folder.join(out)).expect("reads");
+        let left: Vec<_> =
+            left.map(|e| e.expect("reads").file_name().to_string_lossy().into_owned()).collect();
+        assert!(!left.iter().any(|n| n.ends_with(".partial") || n.ends_with(".lock")), "{left:?}");
+    }
+}
+
+#[test]
 fn progress_names_best_value_violation_and_time_left() {
     let folder = study(100_000, 1);
     let folder = folder.path();

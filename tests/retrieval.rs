@@ -133,11 +133,12 @@ fn finished_model(out: &Path) {
 
 #[test]
 fn contradictory_constraints_are_a_negative_answer_with_a_smallest_set() {
-    let out = folder("conflict");
+    let inputs = folder("conflict");
+    let out = inputs.join("out");
     let coefficients = "two_link_coefficients.ron";
-    std::fs::copy(Path::new("scenarios").join(coefficients), out.join(coefficients)).expect("copied");
-    std::fs::copy("robots/two_link.ron", out.join("robot.ron")).expect("copied");
-    let scenario = out.join("contradiction.ron");
+    std::fs::copy(Path::new("scenarios").join(coefficients), inputs.join(coefficients)).expect("copied");
+    std::fs::copy("robots/two_link.ron", inputs.join("robot.ron")).expect("copied");
+    let scenario = inputs.join("contradiction.ron");
     let text = r#"(
         robot: "robot.ron",
         poses: ReadOut(coefficients: "two_link_coefficients.ron", count: 50, noise_percent: 0.0),
@@ -163,7 +164,7 @@ fn contradictory_constraints_are_a_negative_answer_with_a_smallest_set() {
     }
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(text.contains("no parameters satisfy these constraints together"), "{text}");
-    std::fs::remove_dir_all(&out).expect("it was there");
+    std::fs::remove_dir_all(&inputs).expect("it was there");
 }
 
 /// Mean squared torque errors [(N m)²] of joints 1 to 7 on the public log at 5 Hz, 0.5 s trimmed, with the

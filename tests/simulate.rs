@@ -107,11 +107,11 @@ fn the_command_writes_logs_and_hides_the_truth() {
 fn no_command_needs_or_reads_the_truth() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = two_link(folder.path(), "{\"coulomb_friction\": (levels: [0.3])}", LOG);
-    let made =
-        lacuna(&["simulate", file.to_str().expect("text"), "--out", folder.path().to_str().expect("text")]);
+    let data = folder.path().join("data");
+    let made = lacuna(&["simulate", file.to_str().expect("text"), "--out", data.to_str().expect("text")]);
     assert!(made.status.success());
     let scenario = folder.path().join("study.ron");
-    fs::write(&scenario, "(robot: \"two_link.ron\", logs: Files(fit: [\"a.csv.gz\"]))").expect("writes");
+    fs::write(&scenario, "(robot: \"two_link.ron\", logs: Files(fit: [\"data/a.csv.gz\"]))").expect("writes");
     let report = |out: &str| {
         let out = folder.path().join(out);
         let answer =
@@ -123,9 +123,9 @@ fn no_command_needs_or_reads_the_truth() {
         json
     };
     let with = report("with");
-    fs::write(folder.path().join("truth/plant.ron"), "this would break whoever reads it").expect("writes");
+    fs::write(data.join("truth/plant.ron"), "this would break whoever reads it").expect("writes");
     assert_eq!(report("spoilt"), with);
-    fs::remove_dir_all(folder.path().join("truth")).expect("removes");
+    fs::remove_dir_all(data.join("truth")).expect("removes");
     assert_eq!(report("without"), with);
 }
 

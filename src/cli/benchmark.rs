@@ -6,7 +6,10 @@ use serde::Serialize;
 
 use super::console::Console;
 use super::interrupt::Interrupt;
-use super::{Global, json, print, print_json};
+use super::{Global, claim, elsewhere, json, print, print_json};
+
+/// What has been examined so far.
+const RECORD: &str = "benchmark.json";
 
 /// Flags of `lacuna benchmark`.
 #[derive(Debug, clap::Args)]
@@ -40,11 +43,12 @@ impl Benchmark {
         let items = self.items(seed)?;
         // What is done stands in the folder, so it ends at once.
         Interrupt::install(global.quiet)?;
+        let out = global.out.as_deref().or(global.resume.as_deref());
+        let output = out.map(|out| claim(out, "benchmark", &[RECORD])).transpose()?;
         let mut record = match &global.resume {
-            Some(folder) => Record::open(&folder.join("benchmark.json"), seed)?,
+            Some(folder) => Record::open(&folder.join(RECORD), seed)?,
             None => Record::new(seed),
         };
-        let out = global.out.as_ref().or(global.resume.as_ref());
         let (start, known) = (Instant::now(), record.sets.len());
         console.say(&format!("examining {} data sets", items.len()));
         run(&items, &mut record, &mut |record, left| {
@@ -52,10 +56,8 @@ impl Benchmark {
             let each = start.elapsed().as_secs_f64() / done.max(1) as f64;
             console
                 .say(&format!("{done} data sets examined, {left} left, about {:.0} s", each * left as f64));
-            match out {
-                Some(folder) => {
-                    text::write_whole(&folder.join("benchmark.json"), (json(record)? + "\n").as_bytes())
-                }
+            match &output {
+                Some(output) => output.write(RECORD, (json(record)? + "\n").as_bytes()).map_err(elsewhere),
                 None => Ok(()),
             }
         })?;

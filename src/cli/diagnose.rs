@@ -7,12 +7,16 @@ use std::path::{Path, PathBuf};
 use lacuna::check::{Kind, misplaced};
 use lacuna::diagnose::{Limits, Outcome, Request, Verdict, diagnose};
 use lacuna::signals::Run;
+use lacuna::text::Output;
 use lacuna::{Error, Result, report, text};
 
 use super::console::Console;
 use super::interrupt::Interrupt;
 use super::sources::Sources;
-use super::{Global, json, print, print_json};
+use super::{Global, claim, elsewhere, json, print, print_json};
+
+/// What a diagnosis writes, beside the scripts that it proposes.
+const RESULTS: [&str; 3] = ["diagnosis.json", "model.ron", "report.html"];
 
 /// Flags of `lacuna diagnose`.
 #[derive(Debug, clap::Args)]
@@ -47,9 +51,7 @@ pub(super) struct Diagnose {
 
 impl Diagnose {
     pub(super) fn run(&self, global: &Global, console: &Console) -> Result<bool> {
-        if let Some(out) = &global.out {
-            text::check_writable(out)?;
-        }
+        let output = global.out.as_deref().map(|out| claim(out, "diagnose", &RESULTS)).transpose()?;
         let inputs = self.inputs()?;
         let interrupt = Interrupt::install(global.quiet)?;
         let folds = |runs: &[Run]| inputs.hold_out.folds(runs);
@@ -80,7 +82,8 @@ impl Diagnose {
                 "interrupted: this is what was found by then, not looked back at; more may be missing"
                     .to_string();
         }
-        let written = self.write(&mut outcome, global)?;
+        let written = output.as_ref().map(|output| self.write(&mut outcome, output).map_err(elsewhere));
+        let written = written.transpose()?;
         if global.json {
             print_json(&outcome.diagnosis)?;
         } else {
@@ -119,25 +122,30 @@ impl Diagnose {
         file.and_then(Path::file_stem).map_or_else(String::new, |s| s.to_string_lossy().into_owned())
     }
 
-    /// Writes `diagnosis.json`, `model.ron`, `report.html` and proposed scripts where a folder was asked for.
-    fn write(&self, outcome: &mut Outcome, global: &Global) -> Result<Option<PathBuf>> {
-        let Some(out) = &global.out else { return Ok(None) };
+    /// Writes `diagnosis.json`, `model.ron`, `report.html` and proposed scripts; answers the folder.
+    fn write(&self, outcome: &mut Outcome, output: &Output) -> Result<PathBuf> {
+        let mut written: Vec<String> = Vec::new();
         for (unknown, script) in outcome.diagnosis.unexplained.iter_mut().zip(&outcome.scripts) {
             if let Some(script) = script {
-                text::write_whole(&out.join(&script.file), script.text.as_bytes())?;
-                unknown.script = Some(script.file.clone());
+                // A file of that name may be the user's: then it gets another one.
+                let stem = script.file.trim_end_matches(".rhai");
+                let numbered = (2..).map(|k| format!("{stem}_{k}.rhai"));
+                let file = output.first_free(std::iter::once(script.file.clone()).chain(numbered), &written);
+                output.write(&file, script.text.as_bytes())?;
+                unknown.script = Some(file.clone());
+                written.push(file);
             }
         }
-        text::write_whole(&out.join("diagnosis.json"), (json(&outcome.diagnosis)? + "\n").as_bytes())?;
-        outcome.model.write(&out.join("model.ron"))?;
+        output.write("diagnosis.json", (json(&outcome.diagnosis)? + "\n").as_bytes())?;
+        output.write("model.ron", text::to_ron(&outcome.model)?.as_bytes())?;
         let page = report::page::Page {
             title: &self.title(),
             diagnosis: Some(&outcome.diagnosis),
             report: None,
             pictures: Some(&outcome.pictures),
         };
-        text::write_whole(&out.join("report.html"), page.html()?.as_bytes())?;
-        Ok(Some(out.clone()))
+        output.write("report.html", page.html()?.as_bytes())?;
+        Ok(output.folder().to_path_buf())
     }
 
     fn next(&self, outcome: &Outcome, robot: &Path, written: Option<&Path>) -> String {

@@ -44,12 +44,12 @@ impl Interrupt {
         if quiet {
             return;
         }
-        eprintln!("\ninterrupted: keeping the best so far (Ctrl-C again ends at once)");
+        super::say("\ninterrupted: keeping the best so far (Ctrl-C again ends at once)");
         let own = self.clone();
         std::thread::spawn(move || {
             std::thread::sleep(PATIENCE);
             if !own.seen.load(Ordering::SeqCst) {
-                eprintln!(
+                super::say(
                     "a long step is under way; what was found is kept after it (Ctrl-C again ends at once)"
                 );
             }

@@ -25,6 +25,7 @@ use lacuna::log::{ColumnMap, Log};
 use lacuna::model_file::ModelFile;
 use lacuna::robot::Robot;
 use lacuna::scenario::Scenario;
+use lacuna::text::Output;
 use lacuna::{Error, Result};
 
 use console::Console;
@@ -52,7 +53,7 @@ struct Global {
     /// Number of threads; results do not depend on it.
     #[arg(long, global = true, help_heading = offered::HEADING, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// Folder for results.
+    /// Folder for results: new, empty, or one that has some of lacuna already.
     #[arg(long, global = true, help_heading = offered::HEADING, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Folder of an interrupted study, to go on where it was to the same result.
@@ -155,6 +156,18 @@ fn dispatch(arguments: Arguments, console: &Console) -> Result<u8> {
         Command::Simulate { file } => simulate::run(&file, global, console),
     };
     positive.map(|positive| u8::from(!positive))
+}
+
+/// Takes a folder for what the command `by` writes, before any work is done; `names` are what it will write.
+fn claim<S: AsRef<str>>(folder: &Path, by: &str, names: &[S]) -> Result<Output> {
+    let output = Output::claim(folder, by).map_err(elsewhere)?;
+    output.check(names).map_err(elsewhere)?;
+    Ok(output)
+}
+
+/// The same error, with what can be done where a folder cannot be written to.
+fn elsewhere(error: Error) -> Error {
+    error.or_help("give another --out DIR, or an empty one")
 }
 
 /// Opens a scenario; a file of another kind is answered with what takes it.

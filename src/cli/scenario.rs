@@ -4,20 +4,25 @@ use lacuna::check::{Kind, misplaced};
 use lacuna::report::Report;
 use lacuna::retrieval::Step;
 use lacuna::retrieval::checkpoint::Checkpoint;
+use lacuna::scenario::Scenario;
 use lacuna::study::{self, Options, Outcome};
+use lacuna::text::Output;
 use lacuna::{Error, Result, report, text};
 
 use super::console::Console;
 use super::interrupt::Interrupt;
-use super::{Global, json, open_scenario, print, print_json, say};
+use super::{Global, claim, elsewhere, json, open_scenario, print, print_json, say};
+
+/// What a study writes, beside the checkpoints of its engines.
+const RESULTS: [&str; 4] = ["report.json", "report.html", "model.ron", "identified.ron"];
 
 /// `lacuna scenario FILE.ron`: `false` when no engine found feasible parameters, or when interrupted.
 pub(super) fn run(file: &Path, data: Vec<PathBuf>, global: &Global, console: &Console) -> Result<bool> {
-    open_scenario(file)?;
+    let scenario = open_scenario(file)?;
     let out = folder(file, global)?;
-    if global.out.is_some() || global.resume.is_some() {
-        text::check_writable(&out)?;
-    }
+    let output = claim(&out, "scenario", &RESULTS)?;
+    let checkpoint = Checkpoint { folder: out.clone(), resume: global.resume.is_some() };
+    output.reserve(&checkpoints(&scenario, &checkpoint)).map_err(elsewhere)?;
     let again = again(file, &data, global, &out);
     let logs = data.clone();
     let interrupt = Interrupt::install(global.quiet)?;
@@ -33,21 +38,14 @@ pub(super) fn run(file: &Path, data: Vec<PathBuf>, global: &Global, console: &Co
             console.say(what);
         },
         watch: &watch,
-        checkpoint: Some(Checkpoint { folder: out.clone(), resume: global.resume.is_some() }),
+        checkpoint: Some(checkpoint),
         stop: Default::default(),
     };
     let outcome = study::run(file, options)
         .map_err(|e| logs.iter().fold(e, |error, log| misplaced(error, log, &[Kind::Log])))?;
     interrupt.leave();
     console.clear();
-    text::write_whole(&out.join("report.json"), (json(&outcome.report)? + "\n").as_bytes())?;
-    if let Some(model) = &outcome.model {
-        model.write(&out.join("model.ron"))?;
-    }
-    if let Some(identified) = &outcome.identified {
-        identified.write(&out.join("identified.ron"))?;
-    }
-    write_page(&outcome, &out)?;
+    write(&outcome, &output).map_err(elsewhere)?;
     let next = next_steps(file, &out, &outcome, &again);
     if global.json {
         print_json(&outcome.report)?;
@@ -61,15 +59,26 @@ pub(super) fn run(file: &Path, data: Vec<PathBuf>, global: &Global, console: &Co
     Ok(!outcome.stopped && feasible(&outcome.report))
 }
 
-/// The report to look at.
-fn write_page(outcome: &Outcome, out: &Path) -> Result<()> {
+/// Files that the engines of a scenario keep their finished runs in.
+fn checkpoints(scenario: &Scenario, checkpoint: &Checkpoint) -> Vec<String> {
+    let files = scenario.engines.iter().map(|engine| checkpoint.file(engine.label()));
+    files.filter_map(|file| Some(file.file_name()?.to_string_lossy().into_owned())).collect()
+}
+
+/// Report, models, and the report to look at.
+fn write(outcome: &Outcome, output: &Output) -> Result<()> {
+    output.write("report.json", (json(&outcome.report)? + "\n").as_bytes())?;
+    let models = [("model.ron", &outcome.model), ("identified.ron", &outcome.identified)];
+    for (name, model) in models.iter().filter_map(|(name, model)| Some((name, model.as_ref()?))) {
+        output.write(name, text::to_ron(model)?.as_bytes())?;
+    }
     let page = report::page::Page {
         title: &outcome.report.scenario,
         diagnosis: outcome.report.diagnosis.as_ref(),
         report: Some(&outcome.report),
         pictures: outcome.pictures.as_ref(),
     };
-    text::write_whole(&out.join("report.html"), page.html()?.as_bytes())
+    output.write("report.html", page.html()?.as_bytes())
 }
 
 /// Whether some engine found feasible parameters, where one was asked to.

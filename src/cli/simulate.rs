@@ -6,7 +6,7 @@ use lacuna::{Error, Result};
 use serde::Serialize;
 
 use super::console::Console;
-use super::{Global, print, print_json};
+use super::{Global, claim, elsewhere, print, print_json};
 
 /// What `--json` prints.
 #[derive(Serialize)]
@@ -21,9 +21,11 @@ pub(super) fn run(file: &Path, global: &Global, console: &Console) -> Result<boo
     let Some(out) = &global.out else {
         return Err(Error::new("--out is missing").help("name a folder for the logs: --out DIR"));
     };
+    let of_file = |e: Error| misplaced(e, file, &[Kind::Experiment]);
+    let output = claim(out, "simulate", &simulate::files(file).map_err(of_file)?)?;
     console.say("simulating");
-    let outcome = simulate::run(file, global.seed).map_err(|e| misplaced(e, file, &[Kind::Experiment]))?;
-    let logs = outcome.write(out)?;
+    let outcome = simulate::run(file, global.seed).map_err(of_file)?;
+    let logs = outcome.write_to(&output).map_err(elsewhere)?;
     console.clear();
     if global.json {
         print_json(&Summary {

@@ -57,6 +57,11 @@ impl Workbench {
         } else {
             print(&format!("workbench  {}\n", bench.address()))?;
         }
+        let reads = bench.reads();
+        if resume && !reads.is_empty() {
+            eprintln!("files outside of the folder that this study reads:");
+            reads.iter().for_each(|file| eprintln!("  {}", file.display()));
+        }
         if !global.quiet {
             say(&format!(
                 "open it in a browser of this machine; it is good for one, once.\nthe study lies in {folder}; Ctrl-C ends, \

@@ -9,7 +9,7 @@ pub mod hidden;
 mod recording;
 
 pub use experiment::{Experiment, Recording};
-pub use recording::{Outcome, Recorded, open, run};
+pub use recording::{Outcome, Recorded, files, open, run};
 
 use crate::error::Result;
 use crate::excitation::{FourierMotion, Motion, panda_table_ii};

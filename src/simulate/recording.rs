@@ -13,7 +13,7 @@ use crate::excitation::Ramped;
 use crate::log::{Decimals, Log};
 use crate::plant::{Plant, PlantEffect, Simulation, Truth};
 use crate::robot::Robot;
-use crate::text;
+use crate::text::{self, Output};
 
 /// Folder for what measurements alone do not say.
 const TRUTH: &str = "truth";
@@ -138,30 +138,61 @@ fn record(plant: &Plant, recording: &Recording) -> Result<Simulation> {
     Ok(simulation)
 }
 
+/// Names of the files that the experiment file at `path` will write, told from its output folder.
+///
+/// # Errors
+/// When the file cannot be read.
+pub fn files(path: &Path) -> Result<Vec<String>> {
+    let experiment = Experiment::open(path)?;
+    let mut files = vec![truth_file("plant.ron")];
+    for log in &experiment.logs {
+        files.push(log_file(&log.name));
+        if experiment.exact_motion {
+            files.push(truth_file(&log_file(&log.name)));
+        }
+    }
+    Ok(files)
+}
+
+fn log_file(name: &str) -> String {
+    format!("{name}.csv.gz")
+}
+
+fn truth_file(name: &str) -> String {
+    format!("{TRUTH}/{name}")
+}
+
 impl Outcome {
-    /// Writes `<name>.csv.gz` for every log into `folder`, and the truth into a folder of its own below.
+    /// Takes `folder` (see [`Output::claim`]) and writes as [`Outcome::write_to`] does.
+    ///
+    /// # Errors
+    /// When the folder cannot be had, or a file cannot be written.
+    pub fn write(&self, folder: &Path) -> Result<Vec<Recorded>> {
+        self.write_to(&Output::claim(folder, "simulate")?)
+    }
+
+    /// Writes `<name>.csv.gz` for every log into a folder, and the truth into a folder of its own below.
     ///
     /// # Errors
     /// When a file cannot be written.
-    pub fn write(&self, folder: &Path) -> Result<Vec<Recorded>> {
+    pub fn write_to(&self, output: &Output) -> Result<Vec<Recorded>> {
         let mut written = Vec::new();
         for (recording, simulation) in self.experiment.logs.iter().zip(&self.logs) {
-            let file = folder.join(format!("{}.csv.gz", recording.name));
-            text::write_whole(&file, &packed(&simulation.log, self.experiment.decimals)?)?;
+            let file = log_file(&recording.name);
+            output.write(&file, &packed(&simulation.log, self.experiment.decimals)?)?;
             if self.experiment.exact_motion {
-                let exact = folder.join(TRUTH).join(format!("{}.csv.gz", recording.name));
                 let digits = Decimals { time: 9, position: 15, velocity: 15, torque: 15, channel: 15 };
-                text::write_whole(&exact, &packed(&exact_log(&simulation.truth), digits)?)?;
+                output.write(&truth_file(&file), &packed(&exact_log(&simulation.truth), digits)?)?;
             }
             written.push(Recorded {
-                file,
+                file: output.folder().join(file),
                 rows: simulation.log.rows(),
                 duration_s: simulation.log.t.last().map_or(0.0, |end| end - simulation.log.t[0]),
                 torque_rms: simulation.log.tau.iter().map(|tau| rms(tau)).collect(),
                 tracking_rms: simulation.tracking_rms.clone(),
             });
         }
-        text::write_whole(&folder.join(TRUTH).join("plant.ron"), text::to_ron(&self.truth())?.as_bytes())?;
+        output.write(&truth_file("plant.ron"), text::to_ron(&self.truth())?.as_bytes())?;
         Ok(written)
     }
 

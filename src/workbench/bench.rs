@@ -13,6 +13,7 @@ use super::study::Study;
 use super::work::{self, Job};
 use crate::error::{Error, Result};
 use crate::stop::Stop;
+use crate::text::Output;
 
 /// What all requests and both threads share.
 pub(super) struct Bench {
@@ -50,7 +51,7 @@ pub(super) enum Place {
 }
 
 impl Bench {
-    /// Starts the thread that does what is asked for.
+    /// Starts the thread that does what is asked for; nothing is yet.
     pub fn start(study: Study) -> Result<Arc<Self>> {
         let (sender, receiver) = mpsc::channel();
         let bench = Arc::new(Self {
@@ -74,7 +75,6 @@ impl Bench {
             .name("work".to_string())
             .spawn(move || work::run(&own, &receiver))
             .map_err(|e| Error::new(format!("cannot start a thread: {e}")))?;
-        bench.ask(Job::Open { again: false });
         Ok(bench)
     }
 
@@ -85,6 +85,11 @@ impl Bench {
 
     pub fn folder(&self) -> PathBuf {
         self.study().folder.clone()
+    }
+
+    /// The folder for writing.
+    pub fn output(&self) -> Output {
+        self.study().output.clone()
     }
 
     /// Tells all tabs that the study is another one; answers its version.

@@ -28,8 +28,8 @@ pub(super) fn names(study: &Study) -> Vec<String> {
     if has_fit {
         all.push("report.html".to_string());
     }
-    all.extend(KEPT.iter().filter(|name| study.folder.join(name).is_file()).map(ToString::to_string));
-    if study.folder.join("retrieved.ron").is_file() {
+    all.extend(KEPT.iter().filter(|name| study.output.has(name)).map(ToString::to_string));
+    if study.output.has("retrieved.ron") {
         all.extend(["robot.urdf".to_string(), "robot.mjcf".to_string()]);
     }
     all.extend(study.scripts.iter().map(|s| s.file.clone()));
@@ -52,21 +52,21 @@ pub(super) fn take(bench: &Bench, name: &str) -> Result<(&'static str, Vec<u8>)>
         }
         "robot.urdf" | "robot.mjcf" => Ok(("application/xml", robot(bench, name)?.into_bytes())),
         _ => {
-            let path = bench.folder().join(name);
             let kind = if name.ends_with(".json") { "application/json" } else { "text/plain; charset=utf-8" };
-            Ok((kind, text::read(&path)?.into_bytes()))
+            Ok((kind, bench.output().read(name)?.into_bytes()))
         }
     }
 }
 
 /// The robot with the link parameters that were retrieved.
 fn robot(bench: &Bench, name: &str) -> Result<String> {
-    let (path, file, robot) = {
+    let (model, file, robot) = {
         let study = bench.study();
         let robot = study.robot().cloned().ok_or_else(|| Error::new("there is no robot"))?;
-        (study.folder.join("retrieved.ron"), study.robot.as_ref().map(|r| r.path.clone()), robot)
+        (study.output.read("retrieved.ron")?, study.robot.as_ref().map(|r| r.path.clone()), robot)
     };
-    let parameters = Parameters::read(&ModelFile::open(&path)?, &robot)?;
+    let parameters =
+        Parameters::read(&ModelFile::parse(&model).map_err(|e| e.in_file("retrieved.ron"))?, &robot)?;
     if name == "robot.mjcf" {
         return Ok(mjcf(&robot, &parameters)?.text);
     }

@@ -2,77 +2,16 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
-
-use super::study::{
-    Addition, LogFile, Numbers, Retrieval, RobotFile, Role, Root, ScriptFile, Signals, Step, Study,
-};
+use super::saved::{Saved, SavedLog, SavedStep};
+use super::study::{LogFile, Retrieval, RobotFile, Step, Study};
 use super::written;
-use crate::effects::Effect;
 use crate::error::{Error, Result};
-use crate::scenario::HoldOut;
-use crate::text;
+use crate::text::{Output, located};
 
 /// Everything that a killed process may not lose.
 const STEPS: &str = "steps.json";
-
-#[derive(Serialize, Deserialize)]
-struct Saved {
-    lacuna: String,
-    name: String,
-    robot: Option<PathBuf>,
-    gravity: Option<[f64; 3]>,
-    logs: Vec<SavedLog>,
-    columns: Option<String>,
-    signals: Signals,
-    hold_out: HoldOut,
-    seed: u64,
-    steps: Vec<SavedStep>,
-    shown: Option<usize>,
-    against: Option<usize>,
-    constraints: String,
-    scripts: Vec<ScriptFile>,
-    engines: Vec<String>,
-    intervals: bool,
-    /// The step that link parameters were retrieved for; the results stand in `report.json`.
-    retrieved: Option<usize>,
-}
-
-#[derive(Serialize, Deserialize)]
-struct SavedLog {
-    name: String,
-    path: PathBuf,
-    role: Role,
-}
-
-#[derive(Serialize, Deserialize)]
-struct SavedStep {
-    id: usize,
-    parent: Option<usize>,
-    root: Option<Root>,
-    added: Option<Addition>,
-    effects: Vec<Box<dyn Effect>>,
-    numbers: Numbers,
-}
-
-/// Makes the folder of a study, closed to everybody else.
-///
-/// # Errors
-/// When it cannot be made or written to.
-pub(super) fn make(folder: &Path) -> Result<()> {
-    let trouble = |e: std::io::Error| {
-        Error::new(format!("cannot make the study's folder: {e}"))
-            .in_file(folder)
-            .help("give another --out DIR")
-    };
-    std::fs::create_dir_all(folder).map_err(trouble)?;
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        std::fs::set_permissions(folder, std::fs::Permissions::from_mode(0o700)).map_err(trouble)?;
-    }
-    text::check_writable(folder)
-}
+/// What to do where no study can be gone on with.
+const HELP: &str = "give the folder that `lacuna workbench` wrote to, or start without --resume";
 
 /// Whether a study lies in a folder.
 pub(super) fn holds_study(folder: &Path) -> bool {
@@ -116,21 +55,36 @@ pub(super) fn save(study: &Study) -> Result<()> {
     };
     let json = serde_json::to_string_pretty(&saved)
         .map_err(|e| Error::new(format!("the steps cannot be written: {e}")))?;
-    text::write_whole(&folder.join(STEPS), (json + "\n").as_bytes())?;
+    study.output.write(STEPS, (json + "\n").as_bytes())?;
     written::all(study)
+}
+
+/// Takes the folder that a study lies in.
+///
+/// # Errors
+/// When no study lies there, or another process has it.
+pub(super) fn open(folder: &Path) -> Result<Output> {
+    if !holds_study(folder) {
+        return Err(Error::new("no study lies in this folder").in_file(folder).help(HELP));
+    }
+    Output::claim_study(folder).map_err(|e| e.or_help(HELP))
 }
 
 /// Reads the study that lies in a folder.
 ///
 /// # Errors
-/// When there is none, or it is damaged.
-pub(super) fn load(folder: &Path) -> Result<Study> {
+/// When it is damaged, or names what it cannot have; with line and column.
+pub(super) fn load(output: Output) -> Result<Study> {
+    let folder = output.folder().to_path_buf();
     let path = folder.join(STEPS);
-    let help = "give the folder that `lacuna workbench` wrote to, or start without --resume";
-    let content = text::read(&path).map_err(|e| e.help(help))?;
+    let content = output.read(STEPS).map_err(|e| e.or_help(HELP))?;
     let saved: Saved = serde_json::from_str(&content).map_err(|e| {
-        Error::new(format!("the study is damaged: {e}")).at(e.line(), e.column()).in_file(&path).help(help)
+        Error::new(format!("the study is damaged: {e}")).at(e.line(), e.column()).in_file(&path).help(HELP)
     })?;
+    let wrong = |e: Error| located(e, &content).in_file(&path).or_help(HELP);
+    saved.check().map_err(wrong)?;
+    let outside = outside(&output, &saved).map_err(wrong)?;
+    output.give(outside)?;
     let there = |path: PathBuf| folder.join(path);
     let log = |(id, l): (usize, SavedLog)| LogFile {
         id,
@@ -152,9 +106,13 @@ pub(super) fn load(folder: &Path) -> Result<Study> {
         scan: None,
         numbers: s.numbers,
     };
+    let known: Vec<usize> = saved.steps.iter().map(|s| s.id).collect();
+    let known = |id: &usize| known.contains(id);
+    let retrieval = saved.retrieved.and_then(|step| retrieved(&output, step, saved.engines.clone()));
     Ok(Study {
         name: saved.name,
-        folder: folder.to_path_buf(),
+        folder: folder.clone(),
+        output,
         robot: saved.robot.map(|path| RobotFile { path: there(path), robot: None, problem: None }),
         gravity: saved.gravity,
         logs: saved.logs.into_iter().enumerate().map(log).collect(),
@@ -163,20 +121,77 @@ pub(super) fn load(folder: &Path) -> Result<Study> {
         hold_out: saved.hold_out,
         seed: saved.seed,
         steps: saved.steps.into_iter().map(step).collect(),
-        shown: saved.shown,
-        against: saved.against,
+        // A process that was killed while it fitted anew may have shown what is gone.
+        shown: saved.shown.filter(known),
+        against: saved.against.filter(known),
         constraints: saved.constraints,
         scripts: saved.scripts,
-        engines: saved.engines.clone(),
+        engines: saved.engines,
         intervals: saved.intervals,
-        retrieval: saved.retrieved.and_then(|step| retrieved(folder, step, saved.engines)),
+        retrieval,
         trouble: None,
     })
 }
 
+/// Files outside of the folder that a study reads, as it names them.
+///
+/// # Errors
+/// When one of them was not given on the command line.
+fn outside(output: &Output, saved: &Saved) -> Result<Vec<String>> {
+    let files = saved.robot.iter().chain(saved.logs.iter().map(|l| &l.path));
+    let mut all = Vec::new();
+    for file in files.filter(|f| !is_inside(output.folder(), &output.folder().join(f))) {
+        let name = file.display().to_string();
+        // Versions before this did not note what they were given.
+        if output.was_given(&name) == Some(false) {
+            let what = format!("`{name}` lies outside of the study, which was not started with it");
+            return Err(Error::new(what).help("start a new study with it, by --robot or --data"));
+        }
+        all.push(name);
+    }
+    Ok(all)
+}
+
+/// Whether a file lies in a folder, links followed; one that is not there, by its path alone.
+pub(super) fn is_inside(folder: &Path, file: &Path) -> bool {
+    match (folder.canonicalize(), file.canonicalize()) {
+        (Ok(folder), Ok(file)) => file.starts_with(folder),
+        _ => file
+            .strip_prefix(folder)
+            .is_ok_and(|rest| rest.components().all(|part| matches!(part, Component::Normal(_)))),
+    }
+}
+
+/// Files outside of the folder that a study reads.
+pub(super) fn reads(study: &Study) -> Vec<PathBuf> {
+    let files = study.robot.iter().map(|r| &r.path).chain(study.logs.iter().map(|l| &l.path));
+    let outside = files.filter(|file| !is_inside(&study.folder, file));
+    outside.map(|file| file.canonicalize().unwrap_or_else(|_| file.clone())).collect()
+}
+
+/// Removes the file of a log that is no longer in the study, if it was dropped into it: then the study has a copy
+/// of its own. Every other file is the user's.
+pub(super) fn discard(study: &Study, gone: &Path) {
+    let number = |name: &str| {
+        let rest = name.strip_prefix("log_")?;
+        let digits = rest.strip_suffix(".csv.gz").or_else(|| rest.strip_suffix(".csv"))?;
+        (!digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit())).then_some(())
+    };
+    let lies_here = || {
+        let parent = gone.parent().and_then(|p| p.canonicalize().ok());
+        parent.is_some() && parent == study.folder.canonicalize().ok()
+    };
+    let name = gone.file_name().and_then(|n| n.to_str()).filter(|name| number(name).is_some());
+    let used = study.logs.iter().any(|log| log.path == gone);
+    if let Some(name) = name.filter(|_| !used && lies_here()) {
+        // What cannot be removed now is in nobody's way.
+        let _ = study.output.remove(name);
+    }
+}
+
 /// The results of a finished retrieval.
-fn retrieved(folder: &Path, step: usize, engines: Vec<String>) -> Option<Retrieval> {
-    let report = text::read(&folder.join("report.json")).ok()?;
+fn retrieved(output: &Output, step: usize, engines: Vec<String>) -> Option<Retrieval> {
+    let report = output.read("report.json").ok()?;
     let report = serde_json::from_str(&report).ok()?;
     Some(Retrieval { step, engines, report: Some(std::sync::Arc::new(report)), ..Retrieval::default() })
 }
@@ -184,7 +199,8 @@ fn retrieved(folder: &Path, step: usize, engines: Vec<String>) -> Option<Retriev
 /// `path` as seen from `folder`; absolute where they have nothing in common.
 pub(super) fn beside(folder: &Path, path: &Path) -> PathBuf {
     let (Ok(folder), Ok(path)) = (folder.canonicalize(), path.canonicalize()) else {
-        return path.to_path_buf();
+        // A file that is gone keeps the name that it has in the study.
+        return path.strip_prefix(folder).unwrap_or(path).to_path_buf();
     };
     let (here, there): (Vec<Component<'_>>, Vec<Component<'_>>) =
         (folder.components().collect(), path.components().collect());

@@ -16,7 +16,7 @@ use crate::log::{ColumnMap, Log};
 use crate::robot::Robot;
 use crate::scenario::{HoldOut, Logs, Scenario, find_log};
 use crate::signals::{Mode, Run, Settings, thinned};
-use crate::text;
+use crate::text::{self, Output, output::is_vacant};
 
 /// The study that the command line asks for; nothing is read yet but scenario and robot.
 ///
@@ -26,15 +26,16 @@ pub(super) fn study(options: &Options) -> Result<Study> {
     let name = name(options);
     let folder = options.folder.clone().unwrap_or_else(|| free(&Path::new("out/workbench").join(&name)));
     if options.resume {
-        return folder::load(&folder);
+        return folder::load(folder::open(&folder)?);
     }
     if folder::holds_study(&folder) {
         return Err(Error::new("a study lies in this folder already")
             .in_file(&folder)
             .help("go on with it by --resume DIR, or give another --out DIR"));
     }
-    folder::make(&folder)?;
-    let mut study = empty(name, folder);
+    let output =
+        Output::claim_study(&folder).map_err(|e| e.or_help("give another --out DIR, or an empty one"))?;
+    let mut study = empty(name, output);
     study.seed = options.seed.unwrap_or(1);
     match &options.scenario {
         Some(file) => of_scenario(&mut study, file)?,
@@ -46,6 +47,9 @@ pub(super) fn study(options: &Options) -> Result<Study> {
     if let Some(map) = &options.columns {
         study.columns = Some(map_text(map)?);
     }
+    let files = study.robot.iter().map(|r| &r.path).chain(study.logs.iter().map(|l| &l.path));
+    let told = files.map(|file| folder::beside(&study.folder, file).display().to_string());
+    study.output.give(told)?;
     folder::save(&study)?;
     Ok(study)
 }
@@ -58,13 +62,13 @@ fn name(options: &Options) -> String {
     short.to_string()
 }
 
-/// The folder, or one beside it with a number where a study lies there.
+/// The folder, or one beside it with a number where something lies there.
 fn free(folder: &Path) -> PathBuf {
     let numbered = |k: usize| PathBuf::from(format!("{}_{k}", folder.display()));
-    if !folder::holds_study(folder) {
+    if is_vacant(folder) {
         return folder.to_path_buf();
     }
-    (2..).map(numbered).find(|f| !folder::holds_study(f)).unwrap_or_else(|| folder.to_path_buf())
+    (2..).map(numbered).find(|f| is_vacant(f)).unwrap_or_else(|| folder.to_path_buf())
 }
 
 /// The signal step that a diagnosis starts from.
@@ -72,10 +76,11 @@ fn usual() -> Settings {
     Settings { mode: Mode::Parallel, band_hz: 8.0, trim_s: 1.0, ..Settings::default() }
 }
 
-fn empty(name: String, folder: PathBuf) -> Study {
+fn empty(name: String, output: Output) -> Study {
     Study {
         name,
-        folder,
+        folder: output.folder().to_path_buf(),
+        output,
         robot: None,
         gravity: None,
         logs: Vec::new(),

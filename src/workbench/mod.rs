@@ -18,6 +18,7 @@ mod pictures;
 mod progress;
 mod region;
 mod retrieve;
+mod saved;
 mod scan;
 mod scripts;
 mod state;
@@ -33,6 +34,7 @@ use crate::error::{Error, Result};
 
 use bench::Bench;
 use http::Door;
+use work::Job;
 
 /// What a workbench is opened with.
 #[derive(Debug, Clone, Default)]
@@ -67,18 +69,18 @@ pub struct Workbench {
 }
 
 impl Workbench {
-    /// Makes the study's folder and takes a port of this machine; nothing outside of it can connect.
+    /// Takes the study's folder, made where it is not there, and a port of this machine; nothing outside of it can connect.
     ///
     /// # Errors
-    /// When the folder cannot be written to, something that was named cannot be read, or the port is taken.
+    /// When something else lies in the folder, another process has it, it cannot be written to, something that was named cannot be read, or the port is taken.
     pub fn open(options: &Options) -> Result<Self> {
-        let study = inputs::study(options)?;
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, options.port)).map_err(|e| {
             Error::new(format!("cannot listen on port {}: {e}", options.port))
                 .help("give another --port, or leave it out for any free one")
         })?;
         let port = listener.local_addr().map_err(|e| Error::new(format!("cannot listen: {e}")))?.port();
         let door = Door::new(port)?;
+        let study = inputs::study(options)?;
         Ok(Self { bench: Bench::start(study)?, listener, door })
     }
 
@@ -92,11 +94,17 @@ impl Workbench {
         self.bench.folder()
     }
 
+    /// Files outside of its folder that the study reads, links followed; none of them is read before it is served.
+    pub fn reads(&self) -> Vec<PathBuf> {
+        folder::reads(&self.bench.study())
+    }
+
     /// Serves the page until the process ends.
     ///
     /// # Errors
     /// When the system does not let it.
     pub fn serve(self) -> Result<()> {
+        self.bench.ask(Job::Open { again: false });
         http::serve(self.bench, self.listener, self.door)
     }
 }

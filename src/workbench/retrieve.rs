@@ -22,6 +22,8 @@ use crate::text;
 
 /// What a study says before it starts an engine.
 const LEAD: &str = "retrieving link parameters with ";
+/// Folder of the checkpoints in that of the study.
+const CHECKPOINTS: &str = "retrieval";
 /// Points of a history at most; it is thinned where it grows longer.
 const HISTORY: usize = 500;
 /// Pause between two messages to the pages.
@@ -67,6 +69,16 @@ impl Order {
     }
 }
 
+/// Files that engines keep their finished runs in, told from the study's folder.
+fn checkpoints(engines: &[String]) -> Result<Vec<String>> {
+    let all = Checkpoint { folder: CHECKPOINTS.into(), resume: false };
+    let file = |engine: &String| {
+        let engine: Box<dyn RetrievalEngine> = text::from_ron(engine)?;
+        Ok(all.file(engine.label()).display().to_string())
+    };
+    engines.iter().map(file).collect()
+}
+
 /// What is told while it runs.
 struct Told {
     since: Instant,
@@ -90,6 +102,7 @@ pub(super) fn run(bench: &Arc<Bench>, order: &Order) -> Result<()> {
         (study.engines, study.intervals) = (engines, order.intervals);
         study.retrieval =
             Some(Retrieval { step, running: true, engines: order.engines.clone(), ..Retrieval::default() });
+        study.output.reserve(&checkpoints(&study.engines)?)?;
         folder::save(&study)?;
         (study.folder.join("scenario.ron"), step)
     };
@@ -101,7 +114,6 @@ pub(super) fn run(bench: &Arc<Bench>, order: &Order) -> Result<()> {
         (retrieval.running, retrieval.engine) = (false, None);
     }
     let outcome = result?;
-    let folder = study.folder.clone();
     let mut report =
         serde_json::to_value(&outcome.report).map_err(|e| Error::new(format!("cannot write JSON: {e}")))?;
     // What was found beside this model needs no second search.
@@ -111,17 +123,14 @@ pub(super) fn run(bench: &Arc<Bench>, order: &Order) -> Result<()> {
     }
     let json =
         serde_json::to_string_pretty(&report).map_err(|e| Error::new(format!("cannot write JSON: {e}")))?;
-    text::write_whole(&folder.join("report.json"), (json + "\n").as_bytes())?;
+    study.output.write("report.json", (json + "\n").as_bytes())?;
     let feasible = outcome.report.retrievals.as_ref().is_some_and(|all| all.iter().any(|r| r.feasible));
-    let place = folder.join("retrieved.ron");
     match &outcome.model {
-        Some(model) if feasible => model.write(&place)?,
+        Some(model) if feasible => study.output.write("retrieved.ron", text::to_ron(model)?.as_bytes())?,
         // Parameters of an earlier retrieval are not those of this one.
-        _ if place.exists() => {
-            std::fs::remove_file(&place)
-                .map_err(|e| Error::new(format!("cannot remove it: {e}")).in_file(&place))?;
+        _ => {
+            study.output.remove("retrieved.ron")?;
         }
-        _ => {}
     }
     if let Some(retrieval) = study.retrieval.as_mut().filter(|r| r.step == step) {
         (retrieval.report, retrieval.stopped) = (Some(Arc::new(report)), outcome.stopped);
@@ -160,7 +169,7 @@ fn solve(bench: &Arc<Bench>, path: &std::path::Path) -> Result<Outcome> {
         });
         bench.changed();
     };
-    let folder = path.with_file_name("retrieval");
+    let folder = path.with_file_name(CHECKPOINTS);
     study::run(
         path,
         study::Options {

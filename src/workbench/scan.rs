@@ -16,7 +16,6 @@ use crate::check;
 use crate::diagnose::{Outcome, Proposed, Start, Stop, diagnose};
 use crate::error::{Error, Result};
 use crate::report::page::Page;
-use crate::text::write_whole;
 
 /// Why a search ended that the user stopped.
 const ENDED: &str = "stopped before the search was done: more may be missing";
@@ -184,6 +183,7 @@ impl Search {
 fn free_name(study: &Study, script: &Proposed) -> String {
     let taken =
         |file: &str| study.scripts.iter().any(|s| s.file == file && !(s.proposed || s.text == script.text));
+    let taken = |file: &str| taken(file) || study.output.check(&[file]).is_err();
     let stem = script.file.trim_end_matches(".rhai");
     let numbered = (2..).map(|k| format!("{stem}_{k}.rhai"));
     std::iter::once(script.file.clone()).chain(numbered).find(|f| !taken(f)).unwrap_or_default()
@@ -196,7 +196,7 @@ fn keep(study: &mut Study, mut outcome: Outcome) -> Result<Scan> {
         let kept = match script {
             Some(script) => {
                 let file = free_name(study, &script);
-                write_whole(&study.folder.join(&file), script.text.as_bytes())?;
+                study.output.write(&file, script.text.as_bytes())?;
                 study.scripts.retain(|s| s.file != file);
                 let (kind, text) = (ScriptKind::Effect, script.text.clone());
                 study.scripts.push(ScriptFile { file: file.clone(), kind, text, proposed: true });
@@ -211,6 +211,6 @@ fn keep(study: &mut Study, mut outcome: Outcome) -> Result<Scan> {
     let verdict = page.verdict();
     let json = serde_json::to_string_pretty(&outcome.diagnosis)
         .map_err(|e| Error::new(format!("cannot write JSON: {e}")))?;
-    write_whole(&study.folder.join("diagnosis.json"), (json + "\n").as_bytes())?;
+    study.output.write("diagnosis.json", (json + "\n").as_bytes())?;
     Ok(Scan { diagnosis: outcome.diagnosis, proposed, ranking: outcome.pictures.ranking, verdict })
 }

@@ -1,7 +1,5 @@
 //! Scripts that are written in the page: checked while they are typed, kept in the folder, used at once.
 
-use std::sync::atomic::{AtomicU64, Ordering};
-
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -35,23 +33,21 @@ pub(super) struct Draft {
 /// # Errors
 /// When it is too long, or cannot be put down to be read.
 pub(super) fn check(bench: &Bench, draft: &Draft) -> Result<Value> {
-    static COUNT: AtomicU64 = AtomicU64::new(0);
     if draft.text.len() > LONGEST {
         return Err(Error::new(format!("the script is longer than {} KiB", LONGEST >> 10)));
     }
-    let (folder, robot, gravity) = {
+    let (output, robot, gravity) = {
         let study = bench.study();
-        (study.folder.clone(), study.robot.as_ref().map(|r| r.path.clone()), study.gravity)
+        (study.output.clone(), study.robot.as_ref().map(|r| r.path.clone()), study.gravity)
     };
-    let number = COUNT.fetch_add(1, Ordering::Relaxed);
-    let place = folder.join(format!(".draft-{number}"));
+    // It is gone at the end of this, whatever happens.
+    let draft_folder = output.temporary_folder("draft")?;
+    let place = draft_folder.path();
     let name = draft.file.as_deref().filter(|f| is_name(f)).unwrap_or("script.rhai");
     let path = place.join(name);
     write_whole(&path, draft.text.as_bytes())?;
     let options = check::Options { robot, data: None, columns: None, gravity, stop: bench.draft() };
     let report = check::file(&path, &options);
-    std::fs::remove_dir_all(&place)
-        .map_err(|e| Error::new(format!("cannot remove it: {e}")).in_file(&place))?;
     let mut problems: Vec<Value> = report
         .problems
         .iter()
@@ -127,14 +123,15 @@ pub(super) fn save(bench: &Bench, draft: &Draft) -> Result<Result<String, Value>
         ScriptKind::Constraint => "constraint",
     };
     let free = || {
-        let taken = |file: &String| study.scripts.iter().any(|s| s.file == *file);
+        let known = |file: &String| study.scripts.iter().any(|s| s.file == *file);
+        let taken = |file: &String| known(file) || study.output.check(&[file]).is_err();
         (1..).map(|k| format!("{stem}_{k}.rhai")).find(|file| !taken(file)).unwrap_or_default()
     };
     let file = known.cloned().unwrap_or_else(free);
     if draft.kind == ScriptKind::Effect {
         ScriptedEffect::from_text(file.as_ref(), draft.text.clone(), Joints::All)?;
     }
-    write_whole(&study.folder.join(&file), draft.text.as_bytes())?;
+    study.output.write(&file, draft.text.as_bytes())?;
     study.scripts.retain(|s| s.file != file);
     let (kind, text) = (draft.kind, draft.text.clone());
     study.scripts.push(ScriptFile { file: file.clone(), kind, text, proposed: false });
@@ -146,9 +143,9 @@ pub(super) fn save(bench: &Bench, draft: &Draft) -> Result<Result<String, Value>
 }
 
 /// Whether a name is that of a script in the folder and nothing else.
-fn is_name(file: &str) -> bool {
+pub(super) fn is_name(file: &str) -> bool {
     let fine = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
-    file.ends_with(".rhai") && file.len() < 64 && !file.starts_with('.') && file.chars().all(fine)
+    file.ends_with(".rhai") && file.len() < 200 && !file.starts_with('.') && file.chars().all(fine)
 }
 
 #[cfg(test)]

@@ -17,11 +17,14 @@ use crate::report::pictures::Ranked;
 use crate::robot::Robot;
 use crate::scenario::HoldOut;
 use crate::signals::Settings;
+use crate::text::Output;
 
 /// Everything that the page shows and the folder keeps.
 pub(super) struct Study {
     pub name: String,
     pub folder: PathBuf,
+    /// The same for writing: what was made there, and nobody else's.
+    pub output: Output,
     pub robot: Option<RobotFile>,
     pub gravity: Option<[f64; 3]>,
     pub logs: Vec<LogFile>,
@@ -106,6 +109,7 @@ pub(super) struct Column {
 
 /// The signal step in force.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct Signals {
     pub settings: Settings,
     /// Widths of the smoothed sign of each joint [rad/s]; empty until a diagnosis chose them.
@@ -177,6 +181,7 @@ pub(super) struct Step {
 
 /// What a step is judged by.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct Numbers {
     pub held_out_percent: Option<f64>,
     pub joints: Vec<JointNumbers>,
@@ -186,6 +191,7 @@ pub(super) struct Numbers {
 
 /// A joint of a step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct JointNumbers {
     pub name: String,
     pub torque_rms: f64,
@@ -214,6 +220,7 @@ pub(super) enum ScriptKind {
 
 /// A script of the study.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct ScriptFile {
     pub file: String,
     pub kind: ScriptKind,

@@ -7,23 +7,23 @@ use super::folder::beside;
 use super::study::{Role, ScriptKind, Study};
 use crate::effects::{Effect, Joints, ScriptedEffect};
 use crate::error::Result;
-use crate::text::{to_ron, write_whole};
+use crate::text::to_ron;
 
 /// Writes everything that can be written by now.
 ///
 /// # Errors
 /// When the folder cannot be written to.
 pub(super) fn all(study: &Study) -> Result<()> {
-    let folder = &study.folder;
+    let output = &study.output;
     if let Some(map) = &study.columns {
-        write_whole(&folder.join("columns.ron"), map.as_bytes())?;
+        output.write("columns.ron", map.as_bytes())?;
     }
-    write_whole(&folder.join("constraints.ron"), study.constraints.as_bytes())?;
+    output.write("constraints.ron", study.constraints.as_bytes())?;
     if let Some(text) = scenario(study)? {
-        write_whole(&folder.join("scenario.ron"), text.as_bytes())?;
+        output.write("scenario.ron", text.as_bytes())?;
     }
     let shown = study.shown.and_then(|id| study.step(id)).and_then(|s| s.fitted.as_ref());
-    shown.map_or(Ok(()), |fitted| fitted.model.write(&folder.join("model.ron")))
+    shown.map_or(Ok(()), |fitted| output.write("model.ron", to_ron(&fitted.model)?.as_bytes()))
 }
 
 /// The commands that repeat what was done.

@@ -83,7 +83,9 @@ fn results_that_cannot_be_written() {
     for out in ["arm.ron", "arm.ron/deeper", "/dev/null/x", "/proc/none"] {
         folder.refused(&["scenario", "good.ron", "--out", out], &format!("{out}: "), &["--out"]);
     }
-    // A result that cannot take its place leaves nothing half-written beside it.
+    // A result that cannot take its place is refused before the work, and leaves nothing half-written beside it.
+    assert_eq!(folder.run(&["scenario", "good.ron", "--quiet", "--out", "taken"]).code, Some(0));
+    std::fs::remove_file(folder.path("taken/report.json")).expect("there");
     std::fs::create_dir_all(folder.path("taken/report.json/x")).expect("folders");
     folder.refused(&["scenario", "good.ron", "--quiet", "--out", "taken"], "taken/report.json: ", &["--out"]);
 }

@@ -48,11 +48,17 @@ impl Answer {
 
 impl Bench {
     pub fn open(files: &Files, args: &[&str]) -> Self {
-        Self::spawn(files, &[args, &["--out", "study"]].concat())
+        Self::spawn(files, &[args, &["--out", "study"]].concat(), None)
+    }
+
+    /// On a disk that takes no file larger than this [KiB].
+    #[cfg(unix)]
+    pub fn open_within(files: &Files, args: &[&str], limit: u32) -> Self {
+        Self::spawn(files, &[args, &["--out", "study"]].concat(), Some(limit))
     }
 
     pub fn resume(files: &Files) -> Self {
-        Self::spawn(files, &["--resume", "study"])
+        Self::spawn(files, &["--resume", "study"], None)
     }
 
     /// With so many open files at most.
@@ -64,8 +70,14 @@ impl Bench {
         Self::start(shell, files, &["--out", "study"])
     }
 
-    fn spawn(files: &Files, args: &[&str]) -> Self {
-        Self::start(Command::new(env!("CARGO_BIN_EXE_lacuna")), files, args)
+    fn spawn(files: &Files, args: &[&str], limit: Option<u32>) -> Self {
+        let program = env!("CARGO_BIN_EXE_lacuna");
+        let mut command = Command::new(if limit.is_some() { "bash" } else { program });
+        if let Some(limit) = limit {
+            let script = format!("ulimit -f {limit}; trap '' XFSZ; exec \"$0\" \"$@\"");
+            command.args(["-c", &script, program]);
+        }
+        Self::start(command, files, args)
     }
 
     fn start(mut command: Command, files: &Files, args: &[&str]) -> Self {
@@ -94,6 +106,10 @@ impl Bench {
 
     pub fn host(&self) -> String {
         format!("127.0.0.1:{}", self.port)
+    }
+
+    pub fn id(&self) -> u32 {
+        self.child.id()
     }
 
     pub fn kill(&mut self) {

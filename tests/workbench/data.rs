@@ -29,6 +29,13 @@ impl Files {
         entries.map(|e| e.expect("an entry").file_name().to_string_lossy().into_owned()).collect()
     }
 
+    /// What is put down for a while and should be gone.
+    pub fn half_done(&self, folder: &str) -> Vec<String> {
+        let kept = [".lacuna.json", ".lacuna.lock"];
+        let half = |name: &String| name.ends_with(".partial") || name.starts_with('.');
+        self.names(folder).into_iter().filter(|n| half(n) && !kept.contains(&n.as_str())).collect()
+    }
+
     /// Logs of the two-link robot with a spring on its first joint: two rounds of a motion, and another one.
     pub fn simulate(&self) {
         let log = |name: &str, a: &str, b: &str| {

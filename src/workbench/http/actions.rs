@@ -68,9 +68,7 @@ pub(super) async fn remove(State(shared): State<Shared>, body: Body<OfLog>) -> R
         let mut study = bench.study();
         let place = study.logs.iter().position(|l| l.id == log).ok_or_else(|| no_log(log))?;
         let gone = study.logs.remove(place);
-        if gone.path.starts_with(&study.folder) {
-            let _ = std::fs::remove_file(&gone.path);
-        }
+        folder::discard(&study, &gone.path);
         if !study.is_ready() {
             (study.shown, study.against) = (None, None);
         }

@@ -2,8 +2,7 @@
 
 use std::fs::File;
 use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::path::Path;
 
 use axum::body::Body;
 use axum::extract::{Query, State};
@@ -19,6 +18,7 @@ use crate::log::ColumnMap;
 use crate::model_file::ModelFile;
 use crate::robot::Robot;
 use crate::text;
+use crate::text::output::{Output, Temporary};
 use crate::workbench::bench::Bench;
 use crate::workbench::inputs::{add_log, first};
 use crate::workbench::study::{RobotFile, Role, Root};
@@ -72,51 +72,40 @@ pub(super) async fn take(
         return reply::failed(StatusCode::PAYLOAD_TOO_LARGE, &error);
     }
     let limit = if matches!(about.kind, Kind::Log | Kind::Validate) { LARGE } else { SMALL };
-    let place = match receive(&shared.bench.folder(), body, limit).await {
+    let place = match receive(&shared.bench.output(), body, limit).await {
         Ok(place) => place,
         Err((status, error)) => return reply::failed(status, &error),
     };
     let bench = shared.bench.clone();
     reply::apart(move || {
-        let kept = keep(&bench, &about, &place);
-        if kept.is_err() {
-            // It is of no use to anybody; that removing it may fail too changes nothing.
-            let _ = std::fs::remove_file(&place);
-        }
+        let kept = keep(&bench, &about, place.path());
+        // What was not kept is of no use to anybody.
+        drop(place);
         reply::of(kept.map(|file| json!({"version": bench.changed(), "file": file})))
     })
     .await
 }
 
 /// Writes the body to a file in the folder.
-async fn receive(folder: &Path, body: Body, limit: u64) -> Result<PathBuf, (StatusCode, Error)> {
-    static COUNT: AtomicU64 = AtomicU64::new(0);
-    let place = folder.join(format!(".upload-{}", COUNT.fetch_add(1, Ordering::Relaxed)));
+async fn receive(output: &Output, body: Body, limit: u64) -> Result<Temporary, (StatusCode, Error)> {
     let trouble = |e: std::io::Error| {
         (StatusCode::INTERNAL_SERVER_ERROR, Error::new(format!("cannot write the file: {e}")))
     };
-    let mut file = File::create(&place).map_err(trouble)?;
+    let (mut file, place) = output.temporary("upload").map_err(|e| (StatusCode::INTERNAL_SERVER_ERROR, e))?;
     let mut pieces = body.into_data_stream();
     let mut size = 0_u64;
-    let gone = |status, error: Error| {
-        let _ = std::fs::remove_file(&place);
-        (status, error)
-    };
     while let Some(piece) = pieces.next().await {
-        let piece = piece
-            .map_err(|e| gone(StatusCode::BAD_REQUEST, Error::new(format!("the upload broke off: {e}"))))?;
+        let piece =
+            piece.map_err(|e| (StatusCode::BAD_REQUEST, Error::new(format!("the upload broke off: {e}"))))?;
         size += piece.len() as u64;
         if size > limit {
             let error = Error::new(format!("the file is larger than {} MB", limit >> 20));
-            return Err(gone(
-                StatusCode::PAYLOAD_TOO_LARGE,
-                error.help("name it on the command line instead"),
-            ));
+            return Err((StatusCode::PAYLOAD_TOO_LARGE, error.help("name it on the command line instead")));
         }
         file.write_all(&piece).map_err(trouble)?;
     }
     if size == 0 {
-        return Err(gone(StatusCode::UNPROCESSABLE_ENTITY, Error::new("the file is empty")));
+        return Err((StatusCode::UNPROCESSABLE_ENTITY, Error::new("the file is empty")));
     }
     Ok(place)
 }
@@ -124,18 +113,17 @@ async fn receive(folder: &Path, body: Body, limit: u64) -> Result<PathBuf, (Stat
 /// Gives a file its place and its part in the study.
 fn keep(bench: &Bench, about: &About, place: &Path) -> Result<String> {
     let shown: String = about.name.chars().filter(|c| !c.is_control()).take(LONGEST_NAME).collect();
-    let folder = bench.folder();
+    let output = bench.output();
     let said = |e: Error| e.in_file(if shown.is_empty() { "the file" } else { &shown });
     match about.kind {
-        Kind::Robot => robot(bench, place, &folder).map_err(said),
+        Kind::Robot => robot(bench, place, &output).map_err(said),
         Kind::Log | Kind::Validate => {
             let role = if about.kind == Kind::Log { Role::Fit } else { Role::Validate };
-            log(bench, place, &folder, &shown, role)
+            log(bench, place, &output, &shown, role)
         }
         Kind::Map => {
             let map = text::read(place).map_err(said)?;
             ColumnMap::parse(&map).map_err(said)?;
-            move_to(place, &folder.join("columns.ron"))?;
             let mut study = bench.study();
             study.columns = Some(map);
             bench.renew(study);
@@ -143,52 +131,53 @@ fn keep(bench: &Bench, about: &About, place: &Path) -> Result<String> {
         }
         Kind::Model => {
             let model = ModelFile::parse(&text::read(place).map_err(said)?).map_err(said)?;
-            move_to(place, &folder.join("start_model.ron"))?;
+            let name = output.first_free(numbered("start_model", "ron"), &[]);
+            output.keep(place, &name)?;
             bench.ask(Job::Begin(Root::Effects(model.effects)));
-            Ok("start_model.ron".to_string())
+            Ok(name)
         }
     }
 }
 
-fn robot(bench: &Bench, place: &Path, folder: &Path) -> Result<String> {
+/// `stem.ending`, `stem_2.ending` and so on.
+fn numbered(stem: &'static str, ending: &'static str) -> impl Iterator<Item = String> {
+    std::iter::once(format!("{stem}.{ending}")).chain((2..).map(move |k| format!("{stem}_{k}.{ending}")))
+}
+
+fn robot(bench: &Bench, place: &Path, output: &Output) -> Result<String> {
     let text = text::read(place)?;
     let is_urdf = text.trim_start_matches('\u{feff}').trim_start().starts_with('<');
-    let name = if is_urdf { "robot.urdf" } else { "robot.ron" };
+    let name = output.first_free(numbered("robot", if is_urdf { "urdf" } else { "ron" }), &[]);
     // Read under the name that it will have: what it is follows from that.
-    let trial = folder.join(format!(".trial-{name}"));
-    move_to(place, &trial)?;
-    let read = Robot::open(&trial);
-    if let Err(error) = read {
-        let _ = std::fs::remove_file(&trial);
-        return Err(error);
-    }
-    move_to(&trial, &folder.join(name))?;
+    let trial = output.temporary_folder("trial")?;
+    let file = trial.path().join(&name);
+    std::fs::rename(place, &file)
+        .map_err(|e| Error::new(format!("cannot write here: {e}")).in_file(&file))?;
+    Robot::open(&file)?;
+    output.keep(&file, &name)?;
     let mut study = bench.study();
-    study.robot = Some(RobotFile { path: folder.join(name), robot: None, problem: None });
+    study.robot = Some(RobotFile { path: study.folder.join(&name), robot: None, problem: None });
     // Models are of a robot: another one begins anew.
     study.steps = vec![first(Root::Classic)];
     (study.shown, study.against, study.retrieval) = (None, None, None);
     study.signals.widths.clear();
     bench.renew(study);
-    Ok(name.to_string())
+    Ok(name)
 }
 
-fn log(bench: &Bench, place: &Path, folder: &Path, shown: &str, role: Role) -> Result<String> {
+fn log(bench: &Bench, place: &Path, output: &Output, shown: &str, role: Role) -> Result<String> {
     let mut magic = [0_u8; 2];
     let packed = File::open(place).and_then(|mut f| std::io::Read::read_exact(&mut f, &mut magic)).is_ok()
         && magic == [0x1F, 0x8B];
     let mut study = bench.study();
     let ending = if packed { "csv.gz" } else { "csv" };
-    let free = |k: &usize| !["csv", "csv.gz"].iter().any(|e| folder.join(format!("log_{k}.{e}")).exists());
+    let free = |k: &usize| !["csv", "csv.gz"].iter().any(|e| output.is_taken(&format!("log_{k}.{e}")));
     let number = (1..).find(free).unwrap_or(0);
     let file = format!("log_{number}.{ending}");
-    move_to(place, &folder.join(&file))?;
+    output.keep(place, &file)?;
     let name = if shown.is_empty() { file.clone() } else { shown.to_string() };
-    add_log(&mut study, folder.join(&file), Some(name), role)?;
+    let path = study.folder.join(&file);
+    add_log(&mut study, path, Some(name), role)?;
     bench.renew(study);
     Ok(file)
-}
-
-fn move_to(from: &Path, to: &Path) -> Result<()> {
-    std::fs::rename(from, to).map_err(|e| Error::new(format!("cannot write here: {e}")).in_file(to))
 }
