@@ -30,18 +30,30 @@ impl fmt::Display for Place {
     }
 }
 
+/// What of a request an error is about, for callers that have names of their own for it: flags, fields of a page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// Effects to add to the model.
+    Add,
+    /// The time up to which a nested search looks.
+    Nested,
+    /// The map from the columns of a log.
+    Columns,
+}
+
 /// What went wrong, where, and what to do about it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Error {
     what: String,
     place: Option<Place>,
     help: Option<String>,
+    part: Option<Part>,
 }
 
 impl Error {
     /// A message without a place, for trouble that is not in a file.
     pub fn new(what: impl Into<String>) -> Self {
-        Self { what: what.into(), place: None, help: None }
+        Self { what: what.into(), place: None, help: None, part: None }
     }
 
     /// The same error, placed in a file.
@@ -87,6 +99,24 @@ impl Error {
     #[must_use]
     pub fn or_help(mut self, help: impl Into<String>) -> Self {
         self.help.get_or_insert_with(|| help.into());
+        self
+    }
+
+    /// The same error, said to be about a part of the request.
+    #[must_use]
+    pub fn of_part(self, part: Part) -> Self {
+        Self { part: Some(part), ..self }
+    }
+
+    /// The part of the request that it is about, where that is known.
+    pub fn part(&self) -> Option<Part> {
+        self.part
+    }
+
+    /// The same error, with more at the end of its help.
+    #[must_use]
+    pub fn with_hint(mut self, hint: &str) -> Self {
+        self.help = Some(self.help.map_or_else(|| hint.to_string(), |help| format!("{help}: {hint}")));
         self
     }
 

@@ -1,7 +1,7 @@
 //! RON trouble in plain words, with what is known at that place.
 
 use super::find;
-use super::names::{list, nearest};
+use super::names::{did_you_mean, list};
 use crate::error::Error;
 
 /// An error of reading `ron` as ours: message, line and column, and what to do.
@@ -63,9 +63,7 @@ fn known(found: &str, expected: &[String], what: &str) -> String {
         return "there are none: leave it out".to_owned();
     }
     let expected = || expected.iter().map(String::as_str);
-    let meant =
-        nearest(found, expected()).map_or_else(String::new, |near| format!("did you mean `{near}`? "));
-    format!("{meant}known {what}: {}", list(expected()))
+    format!("{}known {what}: {}", did_you_mean(found, expected()), list(expected()))
 }
 
 /// A list, number or text where joints or links are chosen: the slip that everybody makes once.
