@@ -110,7 +110,10 @@ mod tests {
         place("constraints/total_mass.rhai", "constraints/total_mass.rhai");
         let bare = tempfile::tempdir().expect("a folder");
         let mut short = Robot::open("robots/two_link.ron")?;
+        short.joints.truncate(1);
         short.links.truncate(1);
+        short.order.truncate(1);
+        short.frames.clear();
         let robots = [
             None,
             Some(short),
