@@ -8,8 +8,8 @@
 
 use divan::{Bencher, black_box};
 use lacuna::kernels::{
-    Chain, Lanes, Real, RegressorBlock, Samples, State, Twists, Workspace, inverse_dynamics,
-    inverse_dynamics_batch, lagrangian_torque, mass_matrix, regressor,
+    Chain, Lanes, MassMatrix, MassMatrixBlock, Real, RegressorBlock, Samples, State, Twists, Workspace,
+    inverse_dynamics, inverse_dynamics_batch, lagrangian_torque, regressor,
 };
 use lacuna::robot::Robot;
 use pulp::{Arch, Simd, WithSimd};
@@ -106,16 +106,29 @@ fn regressor_batched(bencher: Bencher<'_, '_>) {
     });
 }
 
-#[divan::bench(name = "mass matrix            [550-630]")]
+#[divan::bench(name = "mass matrix, one by one [550-630]")]
 fn inertia(bencher: Bencher<'_, '_>) {
     let b = Bench::new();
-    let mut ws = Workspace::new(&b.chain, 0.0);
+    let (matrix, mut ws) = (MassMatrix::new(&b.chain, &b.parameters), Workspace::new(&b.chain, 0.0));
     let mut m = vec![0.0; 49];
     bencher.bench_local(|| {
         b.each(|state| {
-            mass_matrix(&b.chain, &mut ws, state.q, &b.parameters, &mut m);
+            matrix.at(&mut ws, state.q, &mut m);
             black_box(&m);
         });
+    });
+}
+
+#[divan::bench(name = "mass matrix, batched   [550-630]")]
+fn inertia_batched(bencher: Bencher<'_, '_>) {
+    let b = Bench::new();
+    let matrix = MassMatrix::new(&b.chain, &b.parameters);
+    let mut block = MassMatrixBlock::new(b.chain.dof(), STRETCH);
+    bencher.bench_local(|| {
+        for first in (0..SAMPLES).step_by(STRETCH) {
+            matrix.fill(black_box(&b.columns[0]), first..(first + STRETCH).min(SAMPLES), &mut block);
+            black_box(&block);
+        }
     });
 }
 

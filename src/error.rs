@@ -32,6 +32,17 @@ impl fmt::Display for Place {
     }
 }
 
+/// What of a request an error is about, for callers that have names of their own for it: flags, fields of a page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// Effects to add to the model.
+    Add,
+    /// The time up to which a nested search looks.
+    Nested,
+    /// The map from the columns of a log.
+    Columns,
+}
+
 /// What went wrong, where, and what to do about it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Error {
@@ -40,12 +51,13 @@ pub struct Error {
     help: Option<String>,
     /// Whether it is about the work, not about what is worked on.
     ends: bool,
+    part: Option<Part>,
 }
 
 impl Error {
     /// A message without a place, for trouble that is not in a file.
     pub fn new(what: impl Into<String>) -> Self {
-        Self { what: what.into(), place: None, help: None, ends: false }
+        Self { what: what.into(), place: None, help: None, ends: false, part: None }
     }
 
     /// The same error, placed in a file.
@@ -105,6 +117,24 @@ impl Error {
     /// Whether it ends the work.
     pub(crate) fn ends_work(&self) -> bool {
         self.ends
+    }
+
+    /// The same error, said to be about a part of the request.
+    #[must_use]
+    pub fn of_part(self, part: Part) -> Self {
+        Self { part: Some(part), ..self }
+    }
+
+    /// The part of the request that it is about, where that is known.
+    pub fn part(&self) -> Option<Part> {
+        self.part
+    }
+
+    /// The same error, with more at the end of its help.
+    #[must_use]
+    pub fn with_hint(mut self, hint: &str) -> Self {
+        self.help = Some(self.help.map_or_else(|| hint.to_string(), |help| format!("{help}: {hint}")));
+        self
     }
 
     /// The message without place and help.

@@ -16,6 +16,8 @@ mod common;
 
 #[path = "constraints/cases.rs"]
 mod cases;
+#[path = "constraints/examples.rs"]
+mod examples;
 #[path = "constraints/refusals.rs"]
 mod refusals;
 

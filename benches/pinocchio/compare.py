@@ -153,7 +153,8 @@ def main():
         ("rnea, batched", "rnea"),
         ("regressor, one by one", "regressor"),
         ("regressor, batched", "regressor"),
-        ("mass matrix", "mass_matrix"),
+        ("mass matrix, one by one", "mass_matrix"),
+        ("mass matrix, batched", "mass_matrix"),
     ]
     for name, other in rows:
         cells = (f"{t[other]:>20.0f} ({t[other] / mine[name]:4.1f} times)" for t in theirs.values())

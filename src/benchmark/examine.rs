@@ -8,7 +8,7 @@ use crate::diagnose::{Limits, Request, Start, diagnose, unseen_error};
 use crate::error::{Error, Result};
 use crate::log::Log;
 use crate::scenario::HoldOut;
-use crate::signals::{Mode, Run, Settings};
+use crate::signals::{Run, Settings};
 use crate::simulate::hidden::{Draw, Hidden, hidden};
 
 /// One data set with the answer to it.
@@ -56,7 +56,7 @@ fn marked(data: &Hidden, item: &Item) -> Result<Mark> {
         reference: data.reference.clone(),
         validate: vec![unseen.clone()],
         start: Start::Effects(data.baseline.clone()),
-        settings: Settings { mode: Mode::Parallel, band_hz: 8.0, trim_s: 1.0, ..Settings::default() },
+        settings: Settings::for_diagnosis(),
         choose_signals: true,
         folds: &|runs: &[Run]| HoldOut::Auto.folds(runs),
         add: Vec::new(),

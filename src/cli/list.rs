@@ -103,6 +103,11 @@ fn one(name: &str, global: &Global) -> Result<bool> {
     Ok(true)
 }
 
+/// How a scenario writes it, to be copied.
+fn in_scenario(field: &str, example: &str) -> String {
+    format!("\nin a scenario\n{}", hanging("  ", &format!("{field}: [{example}],"), 6))
+}
+
 #[derive(Serialize)]
 struct ConstraintEntry<'a> {
     name: &'a str,
@@ -111,6 +116,7 @@ struct ConstraintEntry<'a> {
     condition: &'a str,
     settings: Vec<Setting<'a>>,
     form: &'a str,
+    example: &'a str,
 }
 
 #[derive(Serialize)]
@@ -129,6 +135,7 @@ fn constraint_entry(about: &constraints::About) -> ConstraintEntry<'static> {
         condition: about.condition,
         settings: settings.collect(),
         form: about.form,
+        example: about.example,
     }
 }
 
@@ -159,6 +166,7 @@ fn one_constraint(name: &str, global: &Global) -> Result<bool> {
         text += &format!("  {name}{unit}\n{}", hanging("      ", meaning, 6));
     }
     text += &format!("\n{}", hanging("form: ", about.form, 6));
+    text += &in_scenario("constraints", about.example);
     print(&text)?;
     Ok(true)
 }
@@ -171,6 +179,7 @@ struct EngineEntry {
     takes: &'static str,
     available: bool,
     settings: Vec<EngineSetting>,
+    example: &'static str,
 }
 
 #[derive(Serialize)]
@@ -193,6 +202,7 @@ fn engine_entry(about: &EngineAbout) -> Result<EngineEntry> {
         takes: about.takes,
         available: engine.available().is_ok(),
         settings: catalogue::usual_settings(engine.as_ref())?.into_iter().map(setting).collect(),
+        example: about.example,
     })
 }
 
@@ -224,7 +234,7 @@ fn one_engine(name: &str, global: &Global) -> Result<bool> {
         let usual = if setting.usual == "None" { "not set" } else { &setting.usual };
         text += &format!("  {}: {usual}\n{}", setting.name, hanging("      ", setting.meaning, 6));
     }
-    text += &format!("\nin a scenario: engines: [{{\"{name}\": ()}}]\n");
+    text += &in_scenario("engines", entry.example);
     print(&text)?;
     Ok(true)
 }

@@ -21,6 +21,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use lacuna::check::{Kind, misplaced};
+use lacuna::error::Part;
 use lacuna::log::{ColumnMap, Log};
 use lacuna::model_file::ModelFile;
 use lacuna::robot::Robot;
@@ -132,7 +133,7 @@ pub(crate) fn run() -> ExitCode {
     match answer {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
-            say(&format!("error: {error}"));
+            say(&format!("error: {}", in_flags(error)));
             ExitCode::from(2)
         }
     }
@@ -183,6 +184,16 @@ fn open_model(path: &Path) -> Result<ModelFile> {
 /// Opens a log; a file of another kind is answered with what takes it.
 fn open_log(path: &Path, robot: &Robot, columns: Option<&ColumnMap>) -> Result<Log> {
     Log::open(path, robot, columns).map_err(|e| misplaced(e, path, &[Kind::Log]))
+}
+
+/// An error of the library with the flag that it is about.
+fn in_flags(error: Error) -> Error {
+    match error.part() {
+        Some(Part::Add) => error.about("--add"),
+        Some(Part::Nested) => error.about("--nested"),
+        Some(Part::Columns) => error.with_hint("`--columns MAP.ron`"),
+        None => error,
+    }
 }
 
 fn prepare(arguments: &Arguments) -> Result<()> {

@@ -18,7 +18,8 @@ const POINTS: usize = 24;
 
 /// Checks a constraint as a scenario writes it (`{"total_mass": (min: 16.0)}`), on a robot: that
 ///
-/// - it explains itself, and survives being written and read again;
+/// - it explains itself, gives an example of itself, and both the example and `ron` survive being written and read
+///   again;
 /// - its forms have labels, units and positive scales, and use unknowns that exist;
 /// - every gradient is that of its margin, by finite differences (at a kink, one between those of its sides);
 /// - a margin reported in its own unit has the sign of the form's;
@@ -41,13 +42,9 @@ pub fn constraint(ron: &str, robot: &Robot, folder: &Path, points: &[Vec<f64>]) 
     };
     let first = read(ron)?;
     explains_itself(&first.about())?;
-    let written = text::to_ron(&first)?;
-    let second = read(&written).map_err(|e| {
-        Error::new(format!("what it writes cannot be read again: {}", e.message())).help(written.clone())
-    })?;
-    must(written.contains(&format!("\"{}\"", first.about().name)), || {
-        format!("its name in RON is not `{}`, the one it gives itself: {written}", first.about().name)
-    })?;
+    gives_an_example(&first.about())?;
+    let written = written(&first)?;
+    let second = read(&written)?;
     let (forms, again) = (first.forms(robot, &space)?, second.forms(robot, &space)?);
     let points = sample(robot, &space, points)?;
     well_made(&forms, &space)?;
@@ -57,6 +54,31 @@ pub fn constraint(ron: &str, robot: &Robot, folder: &Path, points: &[Vec<f64>]) 
     }
     implies(&forms, &points)?;
     bounded(first.as_ref(), robot, &space, &forms, &points)
+}
+
+/// What it writes of itself, which can be read again under the name that it gives itself.
+fn written(constraint: &Box<dyn Constraint>) -> Result<String> {
+    let (name, written) = (constraint.about().name, text::to_ron(constraint)?);
+    text::from_ron::<Box<dyn Constraint>>(&written).map_err(|e| {
+        Error::new(format!("what it writes cannot be read again: {}", e.message())).help(written.clone())
+    })?;
+    must(written.contains(&format!("\"{name}\"")), || {
+        format!("its name in RON is not `{name}`, the one it gives itself: {written}")
+    })?;
+    Ok(written)
+}
+
+/// The example is an entry of this very constraint; files that it names need not be there.
+fn gives_an_example(about: &About) -> Result<()> {
+    let wrong =
+        |what: String| Error::new(format!("the example of {} {what}", about.name)).help(about.example);
+    let example: Box<dyn Constraint> =
+        text::from_ron(about.example).map_err(|e| wrong(format!("cannot be read: {}", e.message())))?;
+    let of = example.about().name;
+    if of != about.name {
+        return Err(wrong(format!("is one of `{of}`")));
+    }
+    written(&example).map(drop).map_err(|e| wrong(e.message().to_string()))
 }
 
 fn explains_itself(about: &About) -> Result<()> {

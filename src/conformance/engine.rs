@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use super::must;
 use crate::error::{Error, Result};
 use crate::form::{Affine, Body, Form, General};
+use crate::retrieval::catalogue::{self, EngineAbout};
 use crate::retrieval::{Identity, Problem, Quadratic, RetrievalEngine, Retrieved, Step, audit};
 use crate::space::{Parameter, Space};
 use crate::text;
@@ -21,7 +22,8 @@ struct Known {
 
 /// Checks an engine as a scenario writes it (`{"penalty": ()}`) on small problems with known answers: that
 ///
-/// - it survives being written and read again, and its name in RON is the one it gives;
+/// - it explains itself and the settings that it has, gives an example of itself, and both the example and `ron`
+///   survive being written and read again under the name it gives;
 /// - it answers for every form whether it takes it; problems with forms that it refuses are left out;
 /// - it ends feasible (audited, violation at most 1e-9) and within `accuracy` of the best objective, as a
 ///   part of the objective's size at the start;
@@ -36,13 +38,9 @@ struct Known {
 /// With the first promise that is broken, and the problem.
 pub fn engine(ron: &str, accuracy: f64) -> Result<Vec<&'static str>> {
     let first: Box<dyn RetrievalEngine> = text::from_ron(ron)?;
-    let written = text::to_ron(&first)?;
-    let second: Box<dyn RetrievalEngine> = text::from_ron(&written).map_err(|e| {
-        Error::new(format!("what it writes cannot be read again: {}", e.message())).help(written.clone())
-    })?;
-    must(written.contains(&format!("\"{}\"", first.name())), || {
-        format!("its name in RON is not `{}`, the one it gives itself: {written}", first.name())
-    })?;
+    explains_itself(first.as_ref())?;
+    gives_an_example(&first.about())?;
+    let second = again(&first)?;
     must(!first.label().is_empty() && first.label() == second.label(), || {
         "its label is empty or lost".into()
     })?;
@@ -63,6 +61,48 @@ pub fn engine(ron: &str, accuracy: f64) -> Result<Vec<&'static str>> {
     }
     must(!solved.is_empty(), || "it takes none of the problems, not even one with affine forms only".into())?;
     Ok(solved)
+}
+
+fn explains_itself(engine: &dyn RetrievalEngine) -> Result<()> {
+    let about = engine.about();
+    let name = about.name;
+    for (what, said) in [("title", about.title), ("text", about.text), ("word on what it takes", about.takes)]
+    {
+        must(!said.trim().is_empty(), || format!("{name} has no {what}"))?;
+    }
+    must(engine.name() == name, || format!("`{}` calls itself `{name}`", engine.name()))?;
+    let settings = catalogue::usual_settings(engine)?;
+    let absent =
+        about.settings.iter().find(|(known, _)| !settings.iter().any(|(setting, _)| setting == known));
+    must(absent.is_none(), || {
+        format!(
+            "{name} explains the setting `{}`, which it has not",
+            absent.map_or("", |(setting, _)| setting)
+        )
+    })
+}
+
+/// What it writes of itself, read again under the name that it gives itself.
+fn again(engine: &Box<dyn RetrievalEngine>) -> Result<Box<dyn RetrievalEngine>> {
+    let (name, written) = (engine.name(), text::to_ron(engine)?);
+    must(written.contains(&format!("\"{name}\"")), || {
+        format!("its name in RON is not `{name}`, the one it gives itself: {written}")
+    })?;
+    text::from_ron(&written).map_err(|e| {
+        Error::new(format!("what it writes cannot be read again: {}", e.message())).help(written)
+    })
+}
+
+/// The example is an entry of this very engine.
+fn gives_an_example(about: &EngineAbout) -> Result<()> {
+    let wrong =
+        |what: String| Error::new(format!("the example of {} {what}", about.name)).help(about.example);
+    let example: Box<dyn RetrievalEngine> =
+        text::from_ron(about.example).map_err(|e| wrong(format!("cannot be read: {}", e.message())))?;
+    if example.name() != about.name {
+        return Err(wrong(format!("is one of `{}`", example.name())));
+    }
+    again(&example).map(drop).map_err(|e| wrong(e.message().to_string()))
 }
 
 fn run(engine: &dyn RetrievalEngine, known: &Known, stop: bool) -> Result<Retrieved> {

@@ -35,6 +35,7 @@ impl ComBox {
             ("lower", "m", "smallest coordinates, (x, y, z)"),
             ("upper", "m", "largest coordinates, (x, y, z)"),
         ],
+        example: r#"{"com_box": (links: Only(["1"]), lower: (-0.1, -0.1, -0.3), upper: (0.1, 0.1, 0.1))}"#,
         form: "affine: every engine",
     };
 

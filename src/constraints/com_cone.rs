@@ -51,6 +51,7 @@ impl ComCone {
             ("height", "m", "from base to top"),
             ("caps", "", "whether base and top bound it too; true when not given"),
         ],
+        example: r#"{"com_cone": (links: Only(["1"]), base: (0.0, 0.0, -0.1), axis: (0.0, 0.0, 1.0), radius: 0.15, top_radius: 0.05, height: 0.4)}"#,
         form: "norm and affine: every engine",
     };
 

@@ -41,6 +41,7 @@ impl ComCylinder {
             ("radius", "m", "radius"),
             ("height", "m", "height; endless when not given"),
         ],
+        example: r#"{"com_cylinder": (links: Only(["1"]), center: (0.0, 0.0, 0.1), axis: (0.0, 0.0, 1.0), radius: 0.1, height: 0.4)}"#,
         form: "norm and affine: every engine",
     };
 

@@ -37,6 +37,7 @@ impl ComEllipsoid {
             ("semi_axes", "m", "half-lengths along its own axes"),
             ("rpy", "rad", "roll, pitch, yaw of its axes, as in URDF; none when not given"),
         ],
+        example: r#"{"com_ellipsoid": (links: Only(["1"]), center: (0.0, 0.0, 0.1), semi_axes: (0.1, 0.1, 0.2))}"#,
         form: "norm: every engine",
     };
 

@@ -35,6 +35,7 @@ impl ComHull {
             ("mesh.rpy", "rad", "roll, pitch, yaw of the mesh in the link frame; none when not given"),
             ("mesh.faces", "", "most faces to use, 6 or more; 200 when not given"),
         ],
+        example: r#"{"com_hull": (links: Only(["1"]), mesh: (path: "meshes/link1.stl", scale: 1.0))}"#,
         form: "affine, one per face: every engine",
     };
 

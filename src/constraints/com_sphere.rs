@@ -33,6 +33,7 @@ impl ComSphere {
             ("center", "m", "centre, (x, y, z)"),
             ("radius", "m", "radius"),
         ],
+        example: r#"{"com_sphere": (links: Only(["1"]), center: (0.0, 0.0, 0.1), radius: 0.15)}"#,
         form: "norm: every engine",
     };
 

@@ -38,6 +38,7 @@ impl ComUnion {
                  Cone(base, axis, radius, top_radius, height, caps), Ellipsoid(center, semi_axes, rpy), Hull(mesh)",
             ),
         ],
+        example: r#"{"com_union": (links: Only(["1"]), shapes: [Box(lower: (-0.1, -0.1, -0.1), upper: (0.1, 0.1, 0.3)), Sphere(center: (0.2, 0.0, 0.3), radius: 0.1)])}"#,
         form: "general: engines that search; the box around all shapes for the others",
     };
 

@@ -43,6 +43,7 @@ impl DensityRealisable {
             ("semi_axes", "m", "half-lengths along its own axes"),
             ("rpy", "rad", "roll, pitch, yaw of its axes, as in URDF; none when not given"),
         ],
+        example: r#"{"density_realisable": (links: Only(["1"]), center: (0.0, 0.0, 0.1), semi_axes: (0.15, 0.15, 0.3))}"#,
         form: "affine and semidefinite: every engine",
     };
 

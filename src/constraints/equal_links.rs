@@ -36,6 +36,7 @@ impl EqualLinks {
             ("links", "", "the two links, (\"a\", \"b\")"),
             ("tolerance", "kg, kg m, kg m^2", "how far they may differ; 1e-6 when not given"),
         ],
+        example: r#"{"equal_links": (links: ("1", "2"), tolerance: 1e-3)}"#,
         form: "norm: every engine",
     };
 }

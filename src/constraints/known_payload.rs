@@ -64,6 +64,7 @@ impl KnownPayload {
                 "about its own centre of mass in the link's axes, (xx, xy, xz, yy, yz, zz); a point mass when not given",
             ),
         ],
+        example: r#"{"known_payload": (link: "1", mass: 1.2, com: (0.0, 0.0, 0.05), inertia: (xx: 2e-3, yy: 2e-3, zz: 1e-3))}"#,
         form: "semidefinite: every engine",
     };
 

@@ -31,6 +31,7 @@ impl MassOrder {
             ("heaviest_first", "", "two or more links, from the heaviest to the lightest"),
             ("gap", "kg", "smallest difference between neighbours; 0 when not given"),
         ],
+        example: r#"{"mass_order": (heaviest_first: ["1", "2"], gap: 0.1)}"#,
         form: "affine: every engine",
     };
 }

@@ -34,6 +34,7 @@ impl MassRange {
             ("min", "kg", "smallest mass; no limit when not given"),
             ("max", "kg", "largest mass; no limit when not given"),
         ],
+        example: r#"{"mass_range": (min: 0.1, max: 10.0)}"#,
         form: "affine: every engine",
     };
 }

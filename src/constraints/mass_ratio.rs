@@ -38,6 +38,7 @@ impl MassRatio {
             ("min", "kg/kg", "smallest ratio; no limit when not given"),
             ("max", "kg/kg", "largest ratio; no limit when not given"),
         ],
+        example: r#"{"mass_ratio": (link: "1", to: "2", min: 0.5, max: 2.0)}"#,
         form: "affine: every engine",
     };
 }

@@ -49,6 +49,7 @@ impl MirroredLinks {
             ("along", "", "the coordinate that changes sign: X, Y or Z"),
             ("tolerance", "kg, kg m, kg m^2", "how far they may differ; 1e-6 when not given"),
         ],
+        example: r#"{"mirrored_links": (links: ("1", "2"), along: Y, tolerance: 1e-3)}"#,
         form: "norm: every engine",
     };
 }

@@ -87,6 +87,8 @@ pub struct About {
     pub condition: &'static str,
     /// Settings: name, unit, meaning.
     pub settings: &'static [(&'static str, &'static str, &'static str)],
+    /// An entry of a scenario to start from, in RON: links by number, so that it fits any robot that has them.
+    pub example: &'static str,
     /// Which forms it lowers to, and so which engines take it.
     pub form: &'static str,
 }

@@ -34,6 +34,7 @@ impl ParameterBounds {
             "kg, m, kg m^2",
             "{\"name\": (lower, upper), ..}; -inf or inf for no limit on that side",
         )],
+        example: r#"{"parameter_bounds": (bounds: {"m1": (0.1, 10.0), "c1z": (-0.3, 0.3), "I1xx": (0.0, inf)})}"#,
         form: "affine and norm: every engine; off-diagonal inertia and upper bounds on its diagonal are general: \
                engines that search, a linear relaxation for the others",
     };

@@ -37,6 +37,7 @@ impl PositiveMass {
             ("links", "", "links it holds for, Only([\"name\", ..]); All when not given"),
             ("at_least", "kg", "smallest mass; 1e-6 when not given"),
         ],
+        example: r#"{"positive_mass": (at_least: 1e-6)}"#,
         form: "affine: every engine",
     };
 }

@@ -34,6 +34,7 @@ impl PseudoInertia {
             ("links", "", "links it holds for, Only([\"name\", ..]); All when not given"),
             ("margin", "mixed SI", "smallest eigenvalue; 0 when not given"),
         ],
+        example: r#"{"pseudo_inertia": (margin: 1e-7)}"#,
         form: "semidefinite: every engine",
     };
 }

@@ -45,7 +45,8 @@ fn ten() -> f64 {
 }
 
 impl Scripted {
-    pub(super) const ABOUT: About = About {
+    /// See [`About`].
+    pub const ABOUT: About = About {
         name: "script",
         title: "rules from a rhai file, no compiler needed",
         text: "A file with `fn constrain(robot, links, with)` for the whole robot, or \
@@ -65,6 +66,7 @@ impl Scripted {
             ),
             ("seconds", "s", "wall clock the script may use"),
         ],
+        example: r#"{"script": (path: "constraints/total_mass.rhai", with: {"min": 16.0, "max": 20.0})}"#,
         form: "affine, norm or semidefinite where a cone expresses the rule (every engine), else general \
                (`penalty`, `penalty_paper`, `nlopt`)",
     };

@@ -34,6 +34,7 @@ impl TotalMass {
             ("min", "kg", "smallest sum; no limit when not given"),
             ("max", "kg", "largest sum; no limit when not given"),
         ],
+        example: r#"{"total_mass": (min: 16.0, max: 20.0)}"#,
         form: "affine: every engine",
     };
 }

@@ -25,6 +25,7 @@ impl TriangleInequality {
                inertia tensor, taken together with that on the mass so that it becomes convex.",
         condition: "tr(I)/2 - lambda_max(I) >= 0, equivalently [[tr(J)/2 1 - J, m c], [(m c)^T, m]] is positive semidefinite",
         settings: &[("links", "", "links it holds for, Only([\"name\", ..]); All when not given")],
+        example: r#"{"triangle_inequality": ()}"#,
         form: "semidefinite: every engine",
     };
 }

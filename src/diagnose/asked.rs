@@ -4,7 +4,7 @@ use super::candidates::Candidate;
 use super::ladder::Ladder;
 use super::score::{Projection, Ridge};
 use super::telling::Added;
-use crate::error::{Error, Result};
+use crate::error::{Error, Part, Result};
 
 /// Adds effects that the user asked for, without asking whether they help.
 pub(super) fn add(ladder: &mut Ladder, wanted: &[(String, Option<String>)]) -> Result<Vec<Added>> {
@@ -44,7 +44,9 @@ fn joint_number(ladder: &Ladder, joint: &str) -> Result<usize> {
     let robot = &ladder.data.robot;
     robot.joint_index(joint).ok_or_else(|| {
         let known: Vec<&str> = robot.joints.iter().map(|j| j.name.as_str()).collect();
-        Error::new(format!("--add: no joint `{joint}`")).help(format!("known are {}", known.join(", ")))
+        Error::new(format!("no joint `{joint}`"))
+            .help(format!("known are {}", known.join(", ")))
+            .of_part(Part::Add)
     })
 }
 
@@ -53,8 +55,11 @@ fn unknown_effect(name: &str, joint: Option<&str>, ladder: &Ladder) -> Error {
     known.dedup();
     if known.contains(&name) {
         let where_ = joint.map_or_else(String::new, |j| format!(" on `{j}`"));
-        return Error::new(format!("--add: `{name}` cannot be added{where_}: these data cannot show it"))
-            .help(format!("lacuna list effects {name} explains it"));
+        return Error::new(format!("`{name}` cannot be added{where_}: these data cannot show it"))
+            .help(format!("lacuna list effects {name} explains it"))
+            .of_part(Part::Add);
     }
-    Error::new(format!("--add: no effect called `{name}`")).help(format!("known are {}", known.join(", ")))
+    Error::new(format!("no effect called `{name}`"))
+        .help(format!("known are {}", known.join(", ")))
+        .of_part(Part::Add)
 }

@@ -1,7 +1,6 @@
 //! When a known effect does not close the case: the unknown beside it.
 
 use super::answer::Unexplained;
-use super::data::Data;
 use super::ladder::{Ladder, Rung, Scored};
 use super::parts::{Part, upright};
 use super::present::{Present, rms, square_sum};
@@ -93,10 +92,10 @@ pub(super) enum Found {
 
 impl Found {
     /// Index of its joint.
-    fn joint(&self, data: &Data) -> Option<usize> {
+    fn joint(&self) -> usize {
         match self {
-            Self::Formula(proposal, _) => data.robot.joint_index(&proposal.formula.joint),
-            Self::Variable(unknown) => Some(unknown.joint),
+            Self::Formula(proposal, _) => proposal.joint,
+            Self::Variable(unknown) => unknown.joint,
         }
     }
 }
@@ -250,7 +249,7 @@ impl Ladder {
     /// Adds a formula to the model, or notes a variable; answers whether anything changed.
     pub fn add_unknown(&mut self, found: Found, say: &mut dyn FnMut(&str)) -> Result<bool> {
         // A leaning base shows where the first link has its mass: that first, which has a name.
-        if found.joint(&self.data) == upright(&self.data)
+        if Some(found.joint()) == upright(&self.data)
             && self.parts.has_tilt()
             && self.parts.allow_for_lean(&self.data)?
         {
@@ -267,8 +266,8 @@ impl Ladder {
             }
             Found::Formula(proposal, nearest) => (proposal, nearest),
         };
-        let joint = proposal.formula.joint.clone();
-        let index = self.data.robot.joint_index(&joint).unwrap_or(0);
+        let index = proposal.joint;
+        let joint = self.data.robot.joints[index].name.clone();
         let before = self.rms();
         if proposal.formula.variable == "time" {
             self.retire_drifts(index)?;

@@ -6,15 +6,32 @@ use super::pieces::{Piece, Queue};
 use crate::effects::{Columns, Effect, Stretch};
 use crate::error::{Error, Result};
 use crate::kernels::Chain;
-use crate::robot::Robot;
-use crate::signals::{Folds, Rows, Run};
+use crate::robot::{JointKind, Robot};
+use crate::signals::{Folds, Rows, Run, extremes};
 
-/// Slower than this a joint is about to turn round, or nearly rests [rad/s, m/s].
-const SLOW: f64 = 0.02;
+/// Slower than this a joint is about to turn round, or nearly rests.
+const SLOW: Limit = Limit { rad: 0.02, m: 0.02 };
 /// Part of a row's filter window at rest from which on the row counts as resting.
 const TOUCHED: f64 = 0.1;
-/// A joint that travels less does not move: what is seen is noise [rad, m].
-const STILL: f64 = 2e-3;
+/// A joint that travels less does not move: what is seen is noise.
+const STILL: Limit = Limit { rad: 2e-3, m: 2e-3 };
+
+/// A limit on positions or speeds, by the kind of joint.
+struct Limit {
+    /// Of revolute joints \[rad\], or [rad/s] of speeds.
+    rad: f64,
+    /// Of prismatic joints \[m\], or [m/s] of speeds.
+    m: f64,
+}
+
+impl Limit {
+    fn of(&self, robot: &Robot, joint: usize) -> f64 {
+        match robot.joints[joint].kind {
+            JointKind::Revolute => self.rad,
+            JointKind::Prismatic => self.m,
+        }
+    }
+}
 
 /// One linear parameter's torque per unit: the rows of every joint it reaches.
 #[derive(Debug, Clone, Default)]
@@ -91,8 +108,15 @@ impl Data {
                 .help("log tau1..taun, or map currents to torque with a column map"));
         }
         let tau: Vec<Vec<f64>> = (0..robot.dof()).map(joined).collect();
-        let still =
-            (0..robot.dof()).map(|joint| runs.iter().all(|run| travel(&run.q[joint]) < STILL)).collect();
+        let travel = |q: &[f64]| {
+            let (low, high) = extremes(q);
+            high - low
+        };
+        let rests = |joint: usize| {
+            let least = STILL.of(robot, joint);
+            runs.iter().all(|run| travel(&run.q[joint]) < least)
+        };
+        let still = (0..robot.dof()).map(rests).collect();
         let silent = tau.iter().map(|rows| rows.iter().all(|x| x.abs() <= 0.0)).collect();
         let left_out = |run: &Run, joint: usize| {
             let unusable = run.unusable.get(joint).filter(|_| run.leaves_out);
@@ -124,9 +148,10 @@ impl Data {
 
     /// Rows in which a joint nearly rests.
     fn at_rest(&self, joint: usize) -> Vec<bool> {
+        let slow = SLOW.of(&self.robot, joint);
         let rows = self.rows_of(|run, out| {
             for (y, v) in out.iter_mut().zip(run.friction_dq(joint)) {
-                *y = if v.abs() < SLOW { 1.0 } else { 0.0 };
+                *y = if v.abs() < slow { 1.0 } else { 0.0 };
             }
         });
         rows.into_iter().map(|part| part > TOUCHED).collect()
@@ -281,12 +306,6 @@ impl Data {
         }
         Some(all)
     }
-}
-
-/// Width of the range of a series.
-fn travel(q: &[f64]) -> f64 {
-    let (low, high) = q.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
-    high - low
 }
 
 /// Rows per second, at least one.

@@ -5,7 +5,7 @@ use super::data::Data;
 use super::entry::{self, Request};
 use super::search::search;
 use super::signals::Chosen;
-use crate::error::{Error, Result};
+use crate::error::{Error, Part, Result};
 use crate::predict::{predict, prediction_errors};
 use crate::report::finite;
 use crate::signals::Run;
@@ -61,8 +61,9 @@ fn split(runs: &[Run], until_s: f64) -> Result<(Vec<Run>, Vec<Run>)> {
         }
     }
     if early.is_empty() || late.is_empty() {
-        return Err(Error::new(format!("--nested {until_s}: nothing lies on one side of that time"))
-            .help("give a time in the middle of the log, in seconds on its own clock"));
+        return Err(Error::new(format!("nothing lies on one side of {until_s} s"))
+            .help("give a time in the middle of the log, in seconds on its own clock")
+            .of_part(Part::Nested));
     }
     Ok((early, late))
 }

@@ -4,6 +4,7 @@ use super::answer::Region;
 use super::data::Data;
 use super::present::rms;
 use super::score::long_run_variance;
+use crate::signals::extremes;
 
 /// Regions must stand out by this much to be listed.
 const STANDS_OUT: f64 = 3.0;
@@ -62,19 +63,15 @@ pub(super) fn times(data: &Data) -> Vec<f64> {
 }
 
 fn even_cuts(values: &[f64]) -> Vec<f64> {
-    let (low, high) = range(values);
+    let (low, high) = extremes(values);
     (0..=PARTS).map(|k| low + (high - low) * k as f64 / PARTS as f64).collect()
 }
 
 /// Backwards, near zero, forwards.
 fn speed_cuts(values: &[f64]) -> Vec<f64> {
-    let (low, high) = range(values);
+    let (low, high) = extremes(values);
     let slow = SLOW * rms(values);
     vec![low.min(-slow), -slow, slow, high.max(slow)]
-}
-
-fn range(values: &[f64]) -> (f64, f64) {
-    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)))
 }
 
 fn judge(data: &Data, residual: &[f64], values: &[f64], (from, to): (f64, f64)) -> Option<Region> {

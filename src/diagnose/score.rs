@@ -47,8 +47,6 @@ struct Projected {
     columns: Vec<Arc<Column>>,
     /// Per held-out fold; `None` where nothing of a column is left beside the model.
     folds: Vec<Option<Rest>>,
-    /// Smallest part of a column that is left beside the model, in all data.
-    surviving: f64,
 }
 
 /// What is left of a candidate in training data.
@@ -160,11 +158,10 @@ impl Rest {
 
 impl Projected {
     fn new(data: &Data, present: &Present, columns: Vec<Arc<Column>>, ridge: Ridge) -> Self {
-        let mut this = Self { columns, folds: Vec::new(), surviving: 0.0 };
+        let mut this = Self { columns, folds: Vec::new() };
         let crosses: Vec<Crosses> =
             data.fold_ranges.iter().map(|ranges| Crosses::new(present, &this.columns, ranges)).collect();
         let total = Crosses::total(&crosses);
-        this.surviving = total.rest(&present.all, Ridge::None).map_or(0.0, |(_, surviving)| surviving);
         this.folds = crosses
             .iter()
             .enumerate()

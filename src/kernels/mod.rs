@@ -3,10 +3,12 @@
 //! All of them read a [`Chain`] and work on any [`Real`]: one sample, several side by side, or dual
 //! numbers. Frames, order and units of the parameters are those of [`crate::robot::InertialParameters`].
 
+mod axes;
 mod batch;
 mod chain;
 mod derivative;
 mod lagrange;
+mod mass;
 mod motion;
 mod real;
 mod regressor;
@@ -18,10 +20,11 @@ pub use batch::{RegressorBlock, Samples, inverse_dynamics_batch};
 pub use chain::Chain;
 pub use derivative::{Direction, torque_derivative_batch};
 pub use lagrange::{LagrangianTerms, lagrangian_torque};
+pub use mass::{MassMatrix, MassMatrixBlock};
 pub use motion::{State, Workspace};
 pub use real::{Dual, Lanes, Real};
 pub use regressor::{Twists, regressor, static_regressor};
-pub use rnea::{inverse_dynamics, mass_matrix, wrench};
+pub use rnea::{inverse_dynamics, wrench};
 
 #[cfg(test)]
 mod tests;

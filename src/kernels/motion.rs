@@ -3,7 +3,7 @@
 use super::chain::{Chain, Node};
 use super::real::Real;
 use super::vector::{add, along, cross, cross_constant, lift, turn_back};
-use crate::robot::JointKind;
+use crate::robot::{JointKind, PARAMETERS_PER_LINK};
 
 /// State of one link, in its own frame.
 #[derive(Debug, Clone, Copy)]
@@ -26,16 +26,25 @@ pub struct Workspace<T> {
     pub(super) links: Vec<LinkMotion<T>>,
     pub(super) force: Vec<[T; 3]>,
     pub(super) moment: Vec<[T; 3]>,
+    /// What each joint carries, as one body.
+    pub(super) carried: Vec<[T; PARAMETERS_PER_LINK]>,
+    /// Sine and cosine of each joint's angle, and its shift along the axis.
+    pub(super) turns: Vec<[T; 3]>,
 }
 
 impl<T: Real> Workspace<T> {
     /// Room for `chain`; `like` is any number of the kind that will be computed with.
     pub fn new(chain: &Chain, like: T) -> Self {
+        Self::sized(chain.dof(), like)
+    }
+
+    /// The same for a chain of `n` joints.
+    pub(super) fn sized(n: usize, like: T) -> Self {
         let o = like.lift(0.0);
         let link =
             LinkMotion { rotation: [[o; 3]; 3], origin: [o; 3], omega: [o; 3], alpha: [o; 3], accel: [o; 3] };
-        let n = chain.dof();
-        Self { links: vec![link; n], force: vec![[o; 3]; n], moment: vec![[o; 3]; n] }
+        let (three, ten) = (vec![[o; 3]; n], vec![[o; PARAMETERS_PER_LINK]; n]);
+        Self { links: vec![link; n], force: three.clone(), moment: three.clone(), carried: ten, turns: three }
     }
 }
 

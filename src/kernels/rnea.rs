@@ -3,7 +3,7 @@
 use super::chain::Chain;
 use super::motion::{LinkMotion, State, Workspace, propagate};
 use super::real::Real;
-use super::vector::{add, cross, cross_constant, dot, dot_constant, lift, scale, turn};
+use super::vector::{add, cross, cross_constant, dot_constant, lift, turn};
 use crate::robot::{JointKind, PARAMETERS_PER_LINK};
 
 /// Inverse dynamics `tau = M(q) ddq + c(q, dq) + g(q)` by the recursive Newton-Euler algorithm.
@@ -81,36 +81,6 @@ pub(super) fn inertia<T: Real>(p: &[f64], x: [T; 3]) -> [T; 3] {
     ]
 }
 
-/// Joint-space inertia matrix `M(q)` by the composite-rigid-body idea on wrenches: column `j` is the
-/// torque of a unit acceleration of joint `j` alone. Writes the full matrix row by row.
-pub fn mass_matrix<T: Real>(chain: &Chain, ws: &mut Workspace<T>, q: &[T], parameters: &[f64], m: &mut [T]) {
-    let n = chain.dof();
-    super::motion::place(chain, ws, q);
-    let zero = q[0].lift(0.0);
-    m.fill(zero);
-    let composite = composite_inertia(chain, ws, parameters);
-    for j in 0..n {
-        // Wrench of the composite body behind joint j under a unit acceleration of that joint.
-        let (lin, ang) = unit_twist(chain, j, zero);
-        let c = &composite[j];
-        let first = [c[1], c[2], c[3]];
-        let mut force = add(scale(lin, c[0]), cross(ang, first));
-        let mut moment = add(composite_turn(c, ang), cross(first, lin));
-        let mut at = j;
-        loop {
-            let (lin, ang) = unit_twist(chain, at, zero);
-            let value = dot(lin, force) + dot(ang, moment);
-            m[j * n + at] = value;
-            m[at * n + j] = value;
-            let Some(p) = chain.joints[at].parent else { break };
-            let link = &ws.links[at];
-            force = turn(&link.rotation, force);
-            moment = add(turn(&link.rotation, moment), cross(link.origin, force));
-            at = p;
-        }
-    }
-}
-
 /// Velocity of the link origin and angular velocity under unit speed of joint `i`, in link axes.
 #[inline(always)]
 pub(super) fn unit_twist<T: Real>(chain: &Chain, i: usize, like: T) -> ([T; 3], [T; 3]) {
@@ -122,67 +92,4 @@ pub(super) fn unit_twist<T: Real>(chain: &Chain, i: usize, like: T) -> ([T; 3], 
         (JointKind::Revolute, None) => (none, axis),
         (JointKind::Revolute, Some(d)) => (cross_constant(axis, d), axis),
     }
-}
-
-#[inline(always)]
-fn composite_turn<T: Real>(c: &[T; PARAMETERS_PER_LINK], x: [T; 3]) -> [T; 3] {
-    [
-        c[4] * x[0] + c[5] * x[1] + c[6] * x[2],
-        c[5] * x[0] + c[7] * x[1] + c[8] * x[2],
-        c[6] * x[0] + c[8] * x[1] + c[9] * x[2],
-    ]
-}
-
-/// Inertial parameters of everything that each joint carries, in the link frame of that joint.
-fn composite_inertia<T: Real>(
-    chain: &Chain,
-    ws: &Workspace<T>,
-    parameters: &[f64],
-) -> Vec<[T; PARAMETERS_PER_LINK]> {
-    let like = ws.links[0].origin[0];
-    let mut all: Vec<[T; PARAMETERS_PER_LINK]> = parameters
-        .chunks_exact(PARAMETERS_PER_LINK)
-        .map(|p| std::array::from_fn(|i| like.lift(p[i])))
-        .collect();
-    for &i in chain.order.iter().rev() {
-        if let Some(p) = chain.joints[i].parent {
-            let moved = moved_inertia(&all[i], &ws.links[i].rotation, ws.links[i].origin);
-            for (sum, part) in all[p].iter_mut().zip(moved) {
-                *sum += part;
-            }
-        }
-    }
-    all
-}
-
-/// Inertial parameters in the parent frame: rotate, then shift the point of reference.
-fn moved_inertia<T: Real>(
-    c: &[T; PARAMETERS_PER_LINK],
-    r: &[[T; 3]; 3],
-    p: [T; 3],
-) -> [T; PARAMETERS_PER_LINK] {
-    let mc = turn(r, [c[1], c[2], c[3]]);
-    let j = [[c[4], c[5], c[6]], [c[5], c[7], c[8]], [c[6], c[8], c[9]]];
-    let jr: [[T; 3]; 3] = std::array::from_fn(|row| turn(&j, r[row]));
-    let rotated = |a: usize, b: usize| dot(r[a], jr[b]);
-    // About the parent origin: J + (2 p·mc + m p·p) 1 - (p mcᵀ + mc pᵀ) - m p pᵀ.
-    let trace = dot(p, mc) * 2.0 + c[0] * dot(p, p);
-    let shift = |a: usize, b: usize| {
-        let off = -(p[a] * mc[b] + mc[a] * p[b] + c[0] * p[a] * p[b]);
-        if a == b { off + trace } else { off }
-    };
-    let first = add(mc, scale(p, c[0]));
-    let entry = |a: usize, b: usize| rotated(a, b) + shift(a, b);
-    [
-        c[0],
-        first[0],
-        first[1],
-        first[2],
-        entry(0, 0),
-        entry(0, 1),
-        entry(0, 2),
-        entry(1, 1),
-        entry(1, 2),
-        entry(2, 2),
-    ]
 }

@@ -106,7 +106,7 @@ fn mass_matrix_is_the_torque_of_unit_accelerations_and_positive() {
     for_many_robots(|chain, parameters, state| {
         let n = chain.dof();
         let mut m = vec![0.0; n * n];
-        mass_matrix(chain, &mut Workspace::new(chain, 0.0), state.q, parameters, &mut m);
+        MassMatrix::new(chain, parameters).at(&mut Workspace::new(chain, 0.0), state.q, &mut m);
         let weightless = chain.with_gravity([0.0; 3]);
         let still = vec![0.0; n];
         for j in 0..n {
@@ -115,9 +115,72 @@ fn mass_matrix_is_the_torque_of_unit_accelerations_and_positive() {
             let column = torque(&weightless, State::new(state.q, &still, &push), parameters);
             let expected: Vec<f64> = (0..n).map(|i| m[i * n + j]).collect();
             assert_close(&expected, &column, "M e_j");
+            assert!((0..n).all(|i| m[i * n + j].to_bits() == m[j * n + i].to_bits()), "M is symmetric");
         }
         assert!(DMatrix::from_row_slice(n, n, &m).cholesky().is_some(), "M must be positive definite");
     });
+}
+
+/// The angles at which frames along the axes are made in another way: parallel, antiparallel, at a right angle, and
+/// nearly so.
+fn with_axes_at(angle: f64, aside: f64) -> Robot {
+    let mut robot = random_robot(4, 11);
+    for (i, joint) in robot.joints.iter_mut().enumerate() {
+        joint.axis = Vector3::z();
+        joint.before = Pose {
+            rotation: *Rotation3::new(Vector3::x() * angle).matrix(),
+            translation: Vector3::new(aside, 0.3 * aside, 0.2 * i as f64),
+        };
+        joint.after = Pose::identity();
+    }
+    robot
+}
+
+#[test]
+fn mass_matrix_holds_for_axes_that_are_parallel_square_or_nearly_so() {
+    use std::f64::consts::{FRAC_PI_2, PI};
+    for angle in
+        [0.0, PI, FRAC_PI_2, -FRAC_PI_2, 1e-16, 1e-12, 1e-6, 0.04, 0.06, PI - 1e-9, FRAC_PI_2 + 1e-13]
+    {
+        for aside in [0.0, 1e-13, 0.3] {
+            let robot = with_axes_at(angle, aside);
+            let (chain, parameters) =
+                (Chain::new(&robot), robot.inertial_parameters().expect("has inertias"));
+            let [q, ..] = random_state(4, 5);
+            let mut m = vec![0.0; 16];
+            MassMatrix::new(&chain, &parameters).at(&mut Workspace::new(&chain, 0.0), &q, &mut m);
+            for j in 0..4 {
+                let mut push = vec![0.0; 4];
+                push[j] = 1.0;
+                let state = State::new(&q, &[0.0; 4], &push);
+                let column = torque(&chain.with_gravity([0.0; 3]), state, &parameters);
+                assert_close(&m[4 * j..4 * j + 4], &column, &format!("angle {angle}, {aside} m aside"));
+            }
+        }
+    }
+}
+
+#[test]
+fn batched_mass_matrices_have_the_bits_of_one_sample() {
+    for n in [1, 4, 7] {
+        let robot = random_robot(n, 3);
+        let chain = Chain::new(&robot);
+        let matrix = MassMatrix::new(&chain, &robot.inertial_parameters().expect("all links have inertia"));
+        let states: Vec<_> = (0..37).map(|k| random_state(n, k)[0].clone()).collect();
+        let q: Vec<Vec<f64>> = (0..n).map(|j| states.iter().map(|q| q[j]).collect()).collect();
+        let mut block = MassMatrixBlock::new(n, 40);
+        for range in [0..37, 5..16] {
+            matrix.fill(&q, range.clone(), &mut block);
+            assert_eq!(block.rows(), range.len());
+            for (row, k) in range.enumerate() {
+                let mut m = vec![0.0; n * n];
+                matrix.at(&mut Workspace::new(&chain, 0.0), &states[k], &mut m);
+                for (at, one) in m.iter().enumerate() {
+                    assert_eq!(one.to_bits(), block.entry(at / n, at % n)[row].to_bits());
+                }
+            }
+        }
+    }
 }
 
 #[test]
@@ -159,7 +222,7 @@ fn velocity_terms_do_no_work() {
         let energy = |h: f64| -> f64 {
             let q: Vec<f64> = state.q.iter().zip(state.dq).map(|(q, v)| q + h * v).collect();
             let mut m = vec![0.0; n * n];
-            mass_matrix(chain, &mut Workspace::new(chain, 0.0), &q, parameters, &mut m);
+            MassMatrix::new(chain, parameters).at(&mut Workspace::new(chain, 0.0), &q, &mut m);
             let v = state.dq;
             (0..n * n).map(|k| 0.5 * v[k / n] * m[k] * v[k % n]).sum()
         };

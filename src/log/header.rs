@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::number::number;
 use super::source::Source;
 use super::table::{Format, split};
-use crate::error::{Error, Result};
+use crate::error::{Error, Part, Result};
 use crate::text::names::{list, nearest, shorten};
 
 /// Most columns a table may have; a real log has a few dozen.
@@ -77,10 +77,10 @@ impl Header {
             what += &format!("; the file has {} columns", self.names.len());
         }
         let help = match self.meant(wanted) {
-            Some(near) => format!("did you mean `{near}`? rename it, or map it with `--columns MAP.ron`"),
-            None => "add the column, or map another one to it with `--columns MAP.ron`".to_owned(),
+            Some(near) => format!("did you mean `{near}`? rename it, or map it with a column map"),
+            None => "add the column, or map another one to it with a column map".to_owned(),
         };
-        self.error(what).help(help)
+        self.error(what).help(help).of_part(Part::Columns)
     }
 
     /// What the user may have called `wanted`.
@@ -146,20 +146,20 @@ fn check_shape(line: &[u8], format: &Format) -> Result<()> {
         char::from(other),
         char::from(format.delimiter)
     ))
-    .help(format!(
-        "save it with commas, or pass `--columns MAP.ron` with `delimiter: {:?}`",
-        char::from(other)
-    )))
+    .help(format!("save it with commas, or give a column map with `delimiter: {:?}`", char::from(other)))
+    .of_part(Part::Columns))
 }
 
 /// A header of numbers is no header, and names are no data.
 fn check_numbers(fields: &[String], named: bool) -> Result<()> {
     let is_number = |field: &String| number(field.as_bytes(), false).is_ok();
     if named && fields.iter().all(is_number) {
-        return Err(Error::new("the first line holds numbers: the file has no header line").help(
-            "put the column names in the first line (t,q1,..,tau1,..), \
-             or pass `--columns MAP.ron` with `header: false` and columns by number",
-        ));
+        return Err(Error::new("the first line holds numbers: the file has no header line")
+            .help(
+                "put the column names in the first line (t,q1,..,tau1,..), \
+                 or give a column map with `header: false` and columns by number",
+            )
+            .of_part(Part::Columns));
     }
     if !named && fields.len() > 1 && fields.iter().all(|f| f.starts_with(char::is_alphabetic)) {
         return Err(Error::new("the first line holds names, but the column map says `header: false`")

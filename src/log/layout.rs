@@ -9,7 +9,7 @@ use super::columns::{
 use super::header::Header;
 use super::table::Wanted;
 use super::{Needs, table::Table};
-use crate::error::{Error, Result};
+use crate::error::{Error, Part, Result};
 use crate::robot::{JointKind, Robot};
 use crate::text::names::{list, shorten};
 
@@ -328,7 +328,8 @@ fn check_numbers(header: &Header, prefix: &str, robot: &Robot) -> Result<()> {
         );
         return Err(header
             .error(what)
-            .help("use the log's own robot, or map the columns of its joints with `--columns MAP.ron`"));
+            .help("use the log's own robot, or map the columns of its joints with a column map")
+            .of_part(Part::Columns));
     }
     Ok(())
 }

@@ -6,7 +6,7 @@ use super::Dropped;
 use super::header::Header;
 use super::number::{Reason, number};
 use super::source::Source;
-use crate::error::{Error, Result};
+use crate::error::{Error, Part, Result};
 use crate::text::names::shorten;
 
 /// How fields are told apart.
@@ -230,7 +230,9 @@ impl<'a> Reader<'a> {
             Reason::NotFinite => format!("`{text}` in `{name}` is not a finite number"),
         };
         let what = format!("{count} of {} rows are of no use; the first: {first}", self.total);
-        Error::new(what).at(bad.line, bad.field + 1).help(self.remedy(bad))
+        let error = Error::new(what).at(bad.line, bad.field + 1).help(self.remedy(bad));
+        // Every remedy that names a map offers one.
+        if self.remedy(bad).contains("column map") { error.of_part(Part::Columns) } else { error }
     }
 
     fn remedy(&self, bad: &Bad) -> &'static str {
@@ -245,9 +247,9 @@ impl<'a> Reader<'a> {
             }
             Reason::FieldCount => "every row needs as many fields as the header has names",
             Reason::NotANumber if comma() => {
-                "save it with decimal points, or pass `--columns MAP.ron` with `decimal_comma: true`"
+                "save it with decimal points, or give a column map with `decimal_comma: true`"
             }
-            _ => "record the missing numbers, remove the column, or map another one with `--columns MAP.ron`",
+            _ => "record the missing numbers, remove the column, or map another one with a column map",
         }
     }
 }

@@ -1,6 +1,8 @@
 //! What the engines are, for people who choose one.
 
-use super::RetrievalEngine;
+use super::nlopt::NloptEngine;
+use super::penalty::{PaperEngine, PenaltyEngine};
+use super::{LmiEngine, RetrievalEngine};
 use crate::error::{Error, Result};
 use crate::text;
 
@@ -15,80 +17,27 @@ pub struct EngineAbout {
     pub text: &'static str,
     /// Which constraints it takes.
     pub takes: &'static str,
+    /// An entry of a scenario to start from, in RON.
+    pub example: &'static str,
     /// Names and meanings of its settings.
     pub settings: &'static [(&'static str, &'static str)],
 }
 
-const LABEL: (&str, &str) = ("label", "the name of this entry in the study's results");
-const POLISH: (&str, &str) = ("polish", "local search that ends each stage: InteriorPoint or NelderMead");
-const PENALTY: (&str, &str) = ("penalty", "measure of a violation: Constant, Linear or Squared");
+impl EngineAbout {
+    /// What `label` means, which every engine has.
+    pub const LABEL: (&'static str, &'static str) =
+        ("label", "the name of this entry in the study's results");
+    /// What `polish` means, where an engine has it.
+    pub const POLISH: (&'static str, &'static str) =
+        ("polish", "local search that ends each stage: InteriorPoint or NelderMead");
+    /// What `penalty` means, where an engine has it.
+    pub const PENALTY: (&'static str, &'static str) =
+        ("penalty", "measure of a violation: Constant, Linear or Squared");
+}
 
 /// Every engine, the usual one first.
-pub const CATALOGUE: [EngineAbout; 4] = [
-    EngineAbout {
-        name: "penalty",
-        title: "random starts, annealing with penalties, polish",
-        text: "Algorithm 1 of Gaz et al. 2019 with cheap coordinate moves and a polish that knows the \
-               constraints. The one to start with, and the only kind where constraints are not convex. It \
-               finds no proof that its answer is the best; the spread over its runs is a hint, and `lmi` on \
-               the same problem gives a bound.",
-        takes: "every constraint",
-        settings: &[
-            LABEL,
-            ("runs", "independent runs from random starts, Q in the paper"),
-            ("stages", "most stages of a run, kappa in the paper"),
-            ("proposals", "moves tried in each stage"),
-            PENALTY,
-            POLISH,
-        ],
-    },
-    EngineAbout {
-        name: "penalty_paper",
-        title: "the paper's Algorithm 1 to the letter",
-        text: "Algorithm 1 of Gaz et al. 2019 as printed: penalty weights 0, 10, 20, .. and annealing over \
-               all unknowns at once. To reproduce the paper; `penalty` reaches the same optimum sooner.",
-        takes: "every constraint",
-        settings: &[
-            LABEL,
-            ("runs", "independent runs from random starts, Q in the paper"),
-            ("stages", "stages of a run, kappa in the paper"),
-            ("evaluations", "evaluations of the annealing in each stage"),
-            ("temperature", "temperature at the start of a stage"),
-            ("cooling", "factor on the temperature from move to move"),
-            ("reanneal", "moves after which the temperature returns to its start"),
-            PENALTY,
-            POLISH,
-        ],
-    },
-    EngineAbout {
-        name: "lmi",
-        title: "global optimum under convex constraints, with a certified bound",
-        text: "Linear matrix inequalities solved by an interior-point method (Wensing, Kim and Slotine 2018; \
-               Sousa and Cortesao 2014). Milliseconds, no random draws, and a certified lower bound on what \
-               any engine can reach.",
-        takes: "convex constraints; of others it takes what they imply, and the audit shows the rest",
-        settings: &[
-            LABEL,
-            ("tolerance", "relative gap and feasibility at which the solver stops"),
-            ("iterations", "iterations at most"),
-            ("margin", "distance kept from every limit, relative to its scale"),
-        ],
-    },
-    EngineAbout {
-        name: "nlopt",
-        title: "NLopt's local solvers, as a yardstick (feature `nlopt`)",
-        text: "The local solvers of Steven Johnson's NLopt on the same problem. Only in a build with \
-               `--features nlopt`, which needs CMake and a C compiler; the library contains code under the \
-               LGPL.",
-        takes: "every constraint",
-        settings: &[
-            LABEL,
-            ("runs", "independent runs from random starts"),
-            ("algorithm", "Slsqp (gradients, all constraints) or Sbplx (simplex, penalty)"),
-            ("evaluations", "most evaluations of a run"),
-        ],
-    },
-];
+pub const CATALOGUE: [EngineAbout; 4] =
+    [PenaltyEngine::ABOUT, PaperEngine::ABOUT, LmiEngine::ABOUT, NloptEngine::ABOUT];
 
 /// The engine of this name with its usual settings.
 ///
@@ -120,6 +69,38 @@ pub fn usual_settings(engine: &dyn RetrievalEngine) -> Result<Vec<(String, Strin
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_engine_keeps_its_promises_as_its_example_writes_it() {
+        for about in &CATALOGUE {
+            let solved = crate::conformance::engine(about.example, 1e-4)
+                .unwrap_or_else(|e| panic!("{}: {e}", about.example));
+            let runs = engine(about.name).is_ok_and(|engine| engine.available().is_ok());
+            assert_eq!(solved.is_empty(), !runs, "{}: {solved:?}", about.name);
+        }
+    }
+
+    #[test]
+    fn every_engine_has_a_file_with_the_pieces_of_the_recipe() {
+        let list = std::fs::read_to_string("src/retrieval/catalogue.rs").expect("it is there");
+        let catalogue = list.split("pub const CATALOGUE").nth(1).expect("it is there");
+        let catalogue = catalogue.split(';').nth(1).expect("it ends");
+        let mut found = Vec::new();
+        for folder in ["src/retrieval", "src/retrieval/penalty"] {
+            for file in std::fs::read_dir(folder).expect("it is there") {
+                let text = std::fs::read_to_string(file.expect("a file").path()).unwrap_or_default();
+                let Some((before, after)) = text.split_once("\nimpl RetrievalEngine for ") else { continue };
+                let kind = after.split_whitespace().next().expect("a type");
+                assert!(catalogue.contains(&format!("{kind}::ABOUT")), "{kind} is not in the catalogue");
+                assert!(
+                    before.contains("pub const ABOUT: EngineAbout") && before.contains("example: "),
+                    "{kind}"
+                );
+                found.push(kind.to_string());
+            }
+        }
+        assert_eq!(found.len(), CATALOGUE.len(), "{found:?}");
+    }
 
     #[test]
     fn every_engine_is_known_by_its_name_and_has_the_settings_that_are_explained() -> Result<()> {

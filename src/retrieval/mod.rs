@@ -33,6 +33,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::Result;
 use crate::form::Form;
 use crate::space::Space;
+use catalogue::EngineAbout;
 
 /// What is to be solved: minimise the objective over the unknowns `z` subject to all forms.
 #[derive(Debug)]
@@ -95,8 +96,13 @@ pub struct Retrieved {
 /// A way to solve a [`Problem`]; a plug-in, one file each.
 #[typetag::serde]
 pub trait RetrievalEngine: Debug + Send + Sync {
+    /// Name, text, settings and an example.
+    fn about(&self) -> EngineAbout;
+
     /// Its name in the catalogue (`penalty`, `lmi`, ...).
-    fn name(&self) -> &'static str;
+    fn name(&self) -> &'static str {
+        self.about().name
+    }
 
     /// The user's name for this entry of the study; the engine's own name when there is none.
     fn label(&self) -> &str;

@@ -6,6 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::catalogue::EngineAbout;
 use super::checkpoint::Checkpoint;
 use super::{Problem, RetrievalEngine, Retrieved, Watch};
 use crate::error::{Error, Result};
@@ -47,10 +48,29 @@ impl Default for NloptEngine {
     }
 }
 
+impl NloptEngine {
+    /// What it is, in words.
+    pub const ABOUT: EngineAbout = EngineAbout {
+        name: "nlopt",
+        title: "NLopt's local solvers, as a yardstick (feature `nlopt`)",
+        text: "The local solvers of Steven Johnson's NLopt on the same problem. Only in a build with \
+               `--features nlopt`, which needs CMake and a C compiler; the library contains code under the \
+               LGPL.",
+        takes: "every constraint",
+        example: r#"{"nlopt": (runs: 5, algorithm: Slsqp)}"#,
+        settings: &[
+            EngineAbout::LABEL,
+            ("runs", "independent runs from random starts"),
+            ("algorithm", "Slsqp (gradients, all constraints) or Sbplx (simplex, penalty)"),
+            ("evaluations", "most evaluations of a run"),
+        ],
+    };
+}
+
 #[typetag::serde(name = "nlopt")]
 impl RetrievalEngine for NloptEngine {
-    fn name(&self) -> &'static str {
-        "nlopt"
+    fn about(&self) -> EngineAbout {
+        Self::ABOUT
     }
 
     fn label(&self) -> &str {

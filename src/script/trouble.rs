@@ -10,6 +10,7 @@ use super::functions::FUNCTIONS;
 use super::subject::PROPERTIES;
 use super::tracer::spot;
 use crate::error::Error;
+use crate::text::names::did_you_mean;
 
 /// The error at a position of the script.
 pub(super) fn at(error: Error, position: Position) -> Error {
@@ -22,29 +23,10 @@ fn functions(dialect: &Dialect) -> Vec<String> {
     FUNCTIONS.iter().map(|f| f.0.to_string()).chain(own).collect()
 }
 
-/// `did you mean`, and everything that is known.
+/// The nearest name, where one is near enough to be meant, and everything that is known.
 fn known(wrong: &str, names: &[String]) -> String {
-    let bare = |name: &str| name.split(['(', ' ']).next().unwrap_or(name).to_string();
-    let nearest = names.iter().map(|n| (distance(wrong, &bare(n)), bare(n))).min();
-    let hint = match nearest {
-        Some((far, name)) if far <= 2 && far < wrong.chars().count() => format!("did you mean `{name}`? "),
-        _ => String::new(),
-    };
-    format!("{hint}known are {}", names.join(", "))
-}
-
-/// Number of letters to change, insert or drop.
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
-        for (j, y) in b.iter().enumerate() {
-            let next = (diagonal + usize::from(x != *y)).min(row[j] + 1).min(row[j + 1] + 1);
-            diagonal = std::mem::replace(&mut row[j + 1], next);
-        }
-    }
-    row[b.len()]
+    let bare = names.iter().map(|name| name.split(['(', ' ']).next().unwrap_or(name));
+    format!("{}known are {}", did_you_mean(wrong, bare), names.join(", "))
 }
 
 /// An error found while reading the script.
@@ -176,9 +158,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn distance_counts_letters() {
-        assert_eq!(distance("massa", "mass"), 1);
-        assert_eq!(distance("inerita", "inertia"), 2);
-        assert_eq!(distance("", "com"), 3);
+    fn a_misspelled_function_is_found_without_its_arguments() {
+        let names = ["inertia(link)".to_string(), "mass".to_string()];
+        assert_eq!(known("inerita", &names), "did you mean `inertia`? known are inertia(link), mass");
+        assert_eq!(known("sine", &names), "known are inertia(link), mass");
     }
 }

@@ -42,7 +42,7 @@ fn standing(q: &[f64], dt: f64) -> Vec<bool> {
     let mut still = vec![false; bins.len()];
     for first in 0..(bins.len() + 1).saturating_sub(window) {
         let part = first..first + window;
-        let (low, high) = extremes(&bins[part.clone()]);
+        let (low, high) = super::extremes(&bins[part.clone()]);
         if high - low < range {
             still[part].fill(true);
         }
@@ -56,7 +56,7 @@ fn standing(q: &[f64], dt: f64) -> Vec<bool> {
 
 /// Samples at which a torque stays at a limit, as a saturated drive or sensor makes it; empty when there is none.
 pub(crate) fn at_limit(tau: &[f64]) -> Vec<bool> {
-    let (low, high) = extremes(tau);
+    let (low, high) = super::extremes(tau);
     let mut all = Vec::new();
     for limit in [low, high] {
         let at = |x: f64| (x - limit).abs() <= 0.0;
@@ -74,10 +74,6 @@ pub(crate) fn at_limit(tau: &[f64]) -> Vec<bool> {
         }
     }
     all
-}
-
-fn extremes(x: &[f64]) -> (f64, f64) {
-    x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)))
 }
 
 /// Standard deviation of white noise on a smooth series, from the median of its second differences.

@@ -153,3 +153,39 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
     }
     Some(*values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
+
+/// Least and largest of a series; infinite the wrong way round of nothing.
+pub(crate) fn extremes(x: &[f64]) -> (f64, f64) {
+    x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)))
+}
+
+/// Correlation of two series of equal length, -1 to 1; 0 where one of them does not vary.
+pub(crate) fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len().max(1) as f64;
+    let (ma, mb) = (mean(a), mean(b));
+    let (mut aa, mut bb, mut ab) = (0.0, 0.0, 0.0);
+    for (x, y) in a.iter().zip(b) {
+        let (x, y) = (x - ma, y - mb);
+        (aa, bb, ab) = (aa + x * x, bb + y * y, ab + x * y);
+    }
+    if aa > 0.0 && bb > 0.0 { ab / (aa * bb).sqrt() } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn series_are_compared_as_in_the_textbook() {
+        let a = [1.0, 2.0, 3.0, 4.0];
+        assert!((correlation(&a, &[2.0, 4.0, 6.0, 8.0]) - 1.0).abs() < 1e-15);
+        assert!((correlation(&a, &[8.0, 6.0, 4.0, 2.0]) + 1.0).abs() < 1e-15);
+        // Covariance 1.25 of variances 1.25 and 2.1875.
+        let r = correlation(&a, &[1.0, 4.0, 2.0, 5.0]);
+        assert!((r - 5.0 / (5.0_f64 * 10.0).sqrt()).abs() < 1e-15, "{r}");
+        assert!(correlation(&a, &[7.0; 4]).abs() < 1e-15 && correlation(&[], &[]).abs() < 1e-15);
+        let (low, high) = extremes(&[3.0, -1.0, 2.0]);
+        assert!((low + 1.0).abs() < 1e-15 && (high - 3.0).abs() < 1e-15);
+        assert!(extremes(&[]).0 > extremes(&[]).1);
+    }
+}

@@ -128,6 +128,18 @@ impl Default for Settings {
 const ENOUGH_ROWS: usize = 10_000;
 
 impl Settings {
+    /// What a diagnosis starts from where nobody says otherwise: a wider band than an identification, since friction
+    /// at reversals lies above 5 Hz, and nothing that a filter's ends could spoil.
+    pub fn for_diagnosis() -> Self {
+        Self { band_hz: 8.0, trim_s: 1.0, ..Self::default() }.in_parallel()
+    }
+
+    /// The same through one filter for torque and columns, as a diagnosis needs it.
+    #[must_use]
+    pub fn in_parallel(self) -> Self {
+        Self { mode: Mode::Parallel, ..self }
+    }
+
     /// Checks what can be checked without a log.
     ///
     /// # Errors
@@ -167,6 +179,15 @@ mod tests {
         assert_eq!(some.order, Settings::default().order);
         let typo = ron::from_str::<Settings>("(band: 8.0)").expect_err("a typo must not pass");
         assert!(typo.to_string().contains("band_hz"), "{typo}");
+    }
+
+    #[test]
+    fn a_diagnosis_starts_from_the_documented_band_in_one_filter() {
+        let usual = Settings::for_diagnosis();
+        assert_eq!(usual.mode, Mode::Parallel);
+        assert!((usual.band_hz - 8.0).abs() < 1e-12 && (usual.trim_s - 1.0).abs() < 1e-12);
+        assert_eq!(Settings { mode: Mode::Inputs, ..usual.clone() }.in_parallel(), usual);
+        usual.check().expect("they can work");
     }
 
     #[test]

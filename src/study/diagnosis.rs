@@ -5,7 +5,7 @@ use crate::diagnose::{Diagnosis, Limits, Request, Start, diagnose};
 use crate::error::{Error, Result};
 use crate::log::Log;
 use crate::scenario::{HoldOut, Scenario};
-use crate::signals::{Mode, Run, Settings};
+use crate::signals::{Mode, Run};
 
 /// Logs that were fitted, and logs that were only predicted.
 pub(super) type Logs = (Vec<Log>, Vec<Log>);
@@ -29,7 +29,7 @@ impl Study<'_> {
             reference: Vec::new(),
             validate,
             start: Start::Effects(effects.clone()),
-            settings: Settings { mode: Mode::Parallel, ..signals.clone() },
+            settings: signals.clone().in_parallel(),
             choose_signals: signals.mode != Mode::Parallel,
             folds: &folds,
             add: Vec::new(),

@@ -1,7 +1,7 @@
 //! RON trouble in plain words, with what is known at that place.
 
 use super::bounds::NAMELESS;
-use super::names::{list, nearest};
+use super::names::{did_you_mean, list};
 use super::{find, guard};
 use crate::error::Error;
 
@@ -73,9 +73,7 @@ fn known(found: &str, expected: &[String], what: &str) -> String {
         return "there are none: leave it out".to_owned();
     }
     let expected = || expected.iter().map(String::as_str);
-    let meant =
-        nearest(found, expected()).map_or_else(String::new, |near| format!("did you mean `{near}`? "));
-    format!("{meant}known {what}: {}", list(expected()))
+    format!("{}known {what}: {}", did_you_mean(found, expected()), list(expected()))
 }
 
 /// A list, number or text where joints or links are chosen: the slip that everybody makes once.

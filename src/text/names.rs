@@ -16,12 +16,15 @@ pub(crate) fn nearest<'a>(wanted: &str, known: impl IntoIterator<Item = &'a str>
     similar.map(|(_, name)| name).or_else(cut)
 }
 
+/// `did you mean .. ? ` where a name is near enough to be meant, else nothing.
+pub(crate) fn did_you_mean<'a>(wanted: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    nearest(wanted, known).map_or_else(String::new, |near| format!("did you mean `{near}`? "))
+}
+
 /// What to say of a name that is not known: the nearest one, where one is near enough to be meant, and all that are.
 pub fn suggestion<'a>(wanted: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     let known: Vec<&str> = known.into_iter().collect();
-    let meant = nearest(wanted, known.iter().copied());
-    let meant = meant.map_or_else(String::new, |near| format!("did you mean `{near}`? "));
-    format!("{meant}known are {}", list(known))
+    format!("{}known are {}", did_you_mean(wanted, known.iter().copied()), list(known))
 }
 
 /// Levenshtein distance in characters.

@@ -71,11 +71,6 @@ fn free(folder: &Path) -> PathBuf {
     (2..).map(numbered).find(|f| is_vacant(f)).unwrap_or_else(|| folder.to_path_buf())
 }
 
-/// The signal step that a diagnosis starts from.
-fn usual() -> Settings {
-    Settings { mode: Mode::Parallel, band_hz: 8.0, trim_s: 1.0, ..Settings::default() }
-}
-
 fn empty(name: String, output: Output) -> Study {
     Study {
         name,
@@ -85,7 +80,7 @@ fn empty(name: String, output: Output) -> Study {
         gravity: None,
         logs: Vec::new(),
         columns: None,
-        signals: Signals { settings: usual(), widths: Vec::new(), chosen: false },
+        signals: Signals { settings: Settings::for_diagnosis(), widths: Vec::new(), chosen: false },
         hold_out: HoldOut::Auto,
         seed: 1,
         steps: vec![first(Root::Classic)],
@@ -167,7 +162,7 @@ fn of_scenario(study: &mut Study, file: &Path) -> Result<()> {
         study.columns = Some(map_text(&folder.join(map))?);
     }
     let own = scenario.signals.mode == Mode::Parallel;
-    let settings = Settings { mode: Mode::Parallel, ..scenario.signals.clone() };
+    let settings = scenario.signals.clone().in_parallel();
     study.signals = Signals { settings, widths: Vec::new(), chosen: own };
     (study.hold_out, study.seed) = (scenario.hold_out, scenario.seed);
     study.constraints = list(&scenario, &folder, &study.folder)?;

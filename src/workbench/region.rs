@@ -8,6 +8,7 @@ use super::pictures::{Pair, Shown};
 use crate::error::{Error, Result};
 use crate::report::finite;
 use crate::report::pictures::{JointUnits, Trace};
+use crate::signals::correlation;
 
 /// Correlations that are told at most.
 const MOST: usize = 5;
@@ -189,7 +190,7 @@ impl Place<'_> {
                 own.into_iter().chain(["time".to_string()]).chain(self.trace.channels.keys().cloned());
             for name in names {
                 let Some(values) = self.values(&name) else { continue };
-                let r = correlation(&residual[j], &values, rows);
+                let r = correlation(&picked(&residual[j], rows), &picked(&values, rows));
                 if r.abs() >= LEAST_R {
                     all.push((units.name.clone(), name, r));
                 }
@@ -222,18 +223,12 @@ impl Place<'_> {
     }
 }
 
-fn rms(values: &[f64], rows: &[usize]) -> f64 {
-    (rows.iter().map(|&k| values[k] * values[k]).sum::<f64>() / rows.len() as f64).sqrt()
+fn picked(values: &[f64], rows: &[usize]) -> Vec<f64> {
+    rows.iter().map(|&k| values[k]).collect()
 }
 
-fn correlation(a: &[f64], b: &[f64], rows: &[usize]) -> f64 {
-    let n = rows.len() as f64;
-    let mean = |x: &[f64]| rows.iter().map(|&k| x[k]).sum::<f64>() / n;
-    let (ma, mb) = (mean(a), mean(b));
-    let sum = |f: &dyn Fn(usize) -> f64| rows.iter().map(|&k| f(k)).sum::<f64>();
-    let (saa, sbb) = (sum(&|k| (a[k] - ma) * (a[k] - ma)), sum(&|k| (b[k] - mb) * (b[k] - mb)));
-    let both = (saa * sbb).sqrt();
-    if both > 0.0 { sum(&|k| (a[k] - ma) * (b[k] - mb)) / both } else { 0.0 }
+fn rms(values: &[f64], rows: &[usize]) -> f64 {
+    (rows.iter().map(|&k| values[k] * values[k]).sum::<f64>() / rows.len() as f64).sqrt()
 }
 
 #[cfg(test)]

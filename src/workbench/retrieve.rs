@@ -14,6 +14,7 @@ use super::study::Retrieval;
 use crate::diagnose::Diagnosis;
 use crate::error::{Error, Result};
 use crate::report::finite;
+use crate::retrieval::catalogue::EngineAbout;
 use crate::retrieval::checkpoint::Checkpoint;
 use crate::retrieval::{RetrievalEngine, Step, catalogue};
 use crate::stop::Stop;
@@ -77,6 +78,17 @@ fn checkpoints(engines: &[String]) -> Result<Vec<String>> {
         Ok(all.file(engine.label()).display().to_string())
     };
     engines.iter().map(file).collect()
+}
+
+/// The engines of this build, with entries of a scenario to start from.
+pub(super) fn kinds() -> Vec<Value> {
+    let here =
+        |about: &&EngineAbout| catalogue::engine(about.name).is_ok_and(|engine| engine.available().is_ok());
+    let one = |about: &EngineAbout| {
+        json!({"name": about.name, "title": about.title, "text": about.text, "takes": about.takes,
+               "template": about.example})
+    };
+    catalogue::CATALOGUE.iter().filter(here).map(one).collect()
 }
 
 /// What is told while it runs.
@@ -224,6 +236,21 @@ impl Told {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn engines_are_offered_with_entries_that_are_read() -> Result<()> {
+        let offered = kinds();
+        assert!(offered.len() >= 3);
+        for kind in &offered {
+            let name = kind["name"].as_str().expect("a name");
+            let engine: Box<dyn RetrievalEngine> =
+                text::from_ron(kind["template"].as_str().expect("a text"))?;
+            assert_eq!(engine.name(), name);
+            let order = Order { engines: vec![name.into()], runs: None, stages: None, intervals: false };
+            assert_eq!(order.written()?.len(), 1, "what is offered can be asked for");
+        }
+        Ok(())
+    }
 
     #[test]
     fn an_order_becomes_engines_of_a_scenario() -> Result<()> {

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::bench::Bench;
 use super::study::{LogFile, Scan, Step, Study};
-use super::{constraints, files, work, written};
+use super::{constraints, files, retrieve, work, written};
 use crate::check::Severity;
 use crate::diagnose::Missing;
 use crate::effects::CATALOGUE;
@@ -43,7 +43,8 @@ pub(super) fn of(bench: &Bench) -> Value {
         "job": job,
         "trouble": study.trouble.as_ref().map(error),
         "constraints": {"text": study.constraints, "problems": constraint_problems(&study)},
-        "constraint_kinds": constraints::kinds(),
+        "constraint_kinds": constraints::kinds(&study.folder, study.robot().map(std::convert::AsRef::as_ref)),
+        "engine_kinds": retrieve::kinds(),
         "retrieval": retrieval(&study),
         "scripts": scripts(&study),
         "commands": written::commands(&study),

@@ -25,12 +25,34 @@ fn lists_and_everything_in_them_fit_the_screen() {
         let names: Vec<&str> = names.filter_map(|line| line.split_whitespace().next()).collect();
         assert!(names.len() >= 4, "{all}");
         for name in names {
-            assert!(narrow(&folder, &["list", what, name]).starts_with(&format!("{name}: ")));
+            let one = narrow(&folder, &["list", what, name]);
+            assert!(one.starts_with(&format!("{name}: ")));
+            if what != "effects" {
+                shows_how_to_write_it(&folder, what, name, &one);
+            }
         }
     }
     for command in ["scenario", "diagnose", "compare", "check", "list", "export", "dynamics", "simulate"] {
         narrow(&folder, &[command, "--help"]);
     }
+}
+
+/// What stands under "in a scenario" is a part of one, and names what was asked for.
+#[track_caller]
+fn shows_how_to_write_it(folder: &Folder, what: &str, name: &str, printed: &str) {
+    let (_, example) = printed.split_once("\nin a scenario\n").expect("an example");
+    let scenario = format!("(robot: \"r\", {example})");
+    let read: lacuna::scenario::Scenario = lacuna::text::from_ron(&scenario).expect(&scenario);
+    let names = match what {
+        "engines" => read.engines.iter().map(|engine| engine.name()).collect::<Vec<_>>(),
+        _ => read.constraints.iter().map(|constraint| constraint.about().name).collect(),
+    };
+    assert_eq!(names, [name]);
+    let json = folder.run(&["list", what, name, "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&json.out).expect("JSON");
+    let without_blanks = |text: &str| text.split_whitespace().collect::<String>();
+    let entry = without_blanks(json["example"].as_str().expect("a text"));
+    assert!(without_blanks(example).contains(&entry), "{example}");
 }
 
 #[test]

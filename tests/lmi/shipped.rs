@@ -1,7 +1,6 @@
 //! The constraints as scenarios write them: `scenarios/panda_bounds.ron`, whose bounds on inertia are not convex.
 
 use std::path::Path;
-use std::time::Instant;
 
 use lacuna::constraints::{self, Constraint, LinkSpace, search_space};
 use lacuna::retrieval::{Audit, LmiEngine, Problem, RetrievalEngine, audit};
@@ -31,7 +30,7 @@ fn solved(problem: &Problem) -> (Audit, f64) {
 }
 
 #[test]
-fn the_optimum_is_certified_for_the_whole_problem_in_milliseconds() {
+fn the_optimum_is_certified_for_the_whole_problem_in_few_iterations() {
     let problem = problem(&[]);
     assert!(problem.forms.iter().any(|form| !form.is_convex()));
     let (audit, bound) = solved(&problem);
@@ -39,14 +38,9 @@ fn the_optimum_is_certified_for_the_whole_problem_in_milliseconds() {
     assert!(audit.feasible, "{}", audit.violation);
     assert!((3.7262e-4..=3.7265e-4).contains(&audit.objective), "{}", audit.objective);
     assert!((3.7261e-4..=3.72621e-4).contains(&bound) && bound <= audit.objective, "{bound}");
-    let time = || {
-        let start = Instant::now();
-        LmiEngine::default().solve(&problem, &quiet).expect("it solves");
-        start.elapsed().as_secs_f64()
-    };
-    let fastest = (0..10).map(|_| time()).fold(f64::INFINITY, f64::min);
-    println!("solver time {:.1} ms", 1e3 * fastest);
-    assert!(fastest < 0.020, "{fastest} s");
+    // Each iteration takes some 0.2 ms (`cargo bench --bench retrieval`).
+    let iterations = LmiEngine::default().solve(&problem, &quiet).expect("it solves").iterations;
+    assert!((5..=40).contains(&iterations), "{iterations} iterations");
 }
 
 #[test]

@@ -32,7 +32,7 @@ fn nothing_to_read() {
 
 #[test]
 fn no_header() {
-    refused("0,1,2,3,4\n1,1,2,3,4\n", (1, 1), &["no header line", "--columns", "header: false"]);
+    refused("0,1,2,3,4\n1,1,2,3,4\n", (1, 1), &["no header line", "column map", "header: false"]);
     refused("# t q1 q2\n0 1 2\n", (1, 1), &["comment", "remove only the `#`"]);
 }
 

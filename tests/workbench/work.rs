@@ -178,7 +178,7 @@ fn a_retrieval_is_stopped_and_keeps_its_best() {
     let results = retrieval["results"].as_array().expect("results");
     assert_eq!(results.len(), 2);
     assert!(results.iter().all(|r| r["feasible"] == true), "{results:?}");
-    assert!(results[1]["runs"].as_u64() < Some(4000));
+    assert!(results[1]["runs"].as_u64().expect("a count") < 4000);
     assert!(results[1]["certified_gap_percent"].as_f64().is_some_and(|gap| gap >= 0.0));
     assert_eq!(bench.get("/api/file/robot.urdf").status, 200);
     let report = bench.get("/api/file/report.json").json();
@@ -321,7 +321,7 @@ fn a_model_file_can_be_the_start() {
     assert_eq!(bench.upload("model", "m.ron", &files.bytes("d/model.ron")).status, 200);
     let state = bench.wait("that model", |s| s["steps"][1]["fitted"] == true);
     assert!(state["steps"][1]["effects"].to_string().contains("joint_spring"));
-    assert!(state["steps"][1]["held_out_percent"].as_f64() < Some(1.0));
+    assert!(state["steps"][1]["held_out_percent"].as_f64().expect("a number") < 1.0);
 }
 
 #[test]
@@ -351,4 +351,29 @@ fn every_effect_of_the_catalogue_can_be_added_or_says_why_not() {
         bench.wait("the first model again", |s| s["shown"] == 0);
     }
     assert!(added >= 8, "{added} of {} could be added", names.len());
+}
+
+#[test]
+fn every_rule_that_the_page_inserts_is_taken() {
+    let files = Files::new();
+    let bench = Bench::open(&files, &[]).enter();
+    let robot = std::fs::read("robots/two_link.ron").expect("reads");
+    assert_eq!(bench.upload("robot", "r.ron", &robot).status, 200);
+    let state =
+        bench.wait("the robot is read", |s| s["robot"]["joints"].as_array().is_some_and(|j| j.len() == 2));
+    let kinds = state["constraint_kinds"].as_array().expect("a list");
+    assert_eq!(kinds.len(), lacuna::constraints::CATALOGUE.len());
+    let usual = state["constraints"]["text"].as_str().expect("a text");
+    for kind in kinds {
+        let template = kind["template"].as_str().expect("a text");
+        // As `insert` in parameters.js.
+        let end = usual.rfind(']').expect("a list ends");
+        let text = format!("{}\n    {template}\n{}", usual[..end].trim_end(), &usual[end..]);
+        let answer = bench.post("/api/constraints", &serde_json::json!({ "text": text }).to_string());
+        assert_eq!(answer.status, 200, "{template}: {}", answer.text());
+        let after = bench.get("/api/state").json();
+        assert_eq!(after["constraints"]["problems"], json("[]"), "{template}");
+    }
+    let engines = state["engine_kinds"].as_array().expect("a list");
+    assert!(engines.iter().any(|e| e["name"] == "lmi") && engines.len() >= 3, "{engines:?}");
 }

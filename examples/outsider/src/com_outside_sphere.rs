@@ -31,6 +31,7 @@ impl Constraint for ComOutsideSphere {
                 ("center", "m", "centre of the ball, (x, y, z)"),
                 ("radius", "m", "its radius"),
             ],
+            example: r#"{"com_outside_sphere": (links: Only(["1"]), center: (0.0, 0.0, 0.1), radius: 0.05)}"#,
             form: "general: engines that search",
         }
     }

@@ -1,5 +1,6 @@
 use lacuna::Result;
 use lacuna::form::Form;
+use lacuna::retrieval::catalogue::EngineAbout;
 use lacuna::retrieval::{Problem, RetrievalEngine, Retrieved, Step, Watch};
 use serde::{Deserialize, Serialize};
 
@@ -22,8 +23,15 @@ impl Default for RandomWalk {
 
 #[typetag::serde(name = "random_walk")]
 impl RetrievalEngine for RandomWalk {
-    fn name(&self) -> &'static str {
-        "random_walk"
+    fn about(&self) -> EngineAbout {
+        EngineAbout {
+            name: "random_walk",
+            title: "a random walk that only goes where it is better",
+            text: "The simplest engine there is, for a few unknowns; it shows what an engine has to do.",
+            takes: "every constraint",
+            example: r#"{"random_walk": (steps: 200000)}"#,
+            settings: &[EngineAbout::LABEL, ("steps", "steps to take")],
+        }
     }
 
     fn label(&self) -> &str {

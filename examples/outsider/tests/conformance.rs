@@ -12,6 +12,7 @@ use lacuna::form::{Affine, Body, Form, General};
 use lacuna::identify::{Evidence, Weighting, fit};
 use lacuna::model::Model;
 use lacuna::plant::{Moment, Plant, PlantEffect};
+use lacuna::retrieval::catalogue::EngineAbout;
 use lacuna::retrieval::{Problem, RetrievalEngine, Retrieved, Watch};
 use lacuna::robot::Robot;
 use lacuna::signals::{Folds, Run};
@@ -186,6 +187,7 @@ enum Promise {
     Support,
     Implied,
     Labels,
+    Example,
     Nothing,
 }
 
@@ -198,6 +200,10 @@ impl Constraint for Broken {
             text: "A constraint that is wrong on purpose, to see that the checks notice what is wrong with it.",
             condition: "m <= 5",
             settings: &[("promise", "", "which one")],
+            example: match self.promise {
+                Promise::Example => r#"{"broken": (min: 1.0)}"#,
+                _ => r#"{"broken": (promise: Nothing)}"#,
+            },
             form: "general",
         }
     }
@@ -246,6 +252,7 @@ fn broken_constraints_are_noticed() {
         ("Support", "not in its support"),
         ("Implied", "which it says it implies"),
         ("Labels", "two forms are called `first`"),
+        ("Example", "the example of broken cannot be read: there is no field `min` here"),
     ] {
         let message =
             check(&format!(r#"{{"broken": (promise: {promise})}}"#)).expect_err(promise).to_string();
@@ -263,8 +270,19 @@ struct Boaster {
 
 #[typetag::serde(name = "boaster")]
 impl RetrievalEngine for Boaster {
-    fn name(&self) -> &'static str {
-        "boaster"
+    fn about(&self) -> EngineAbout {
+        EngineAbout {
+            name: "boaster",
+            title: "answers what it is told to",
+            text: "An engine that is wrong on purpose.",
+            takes: "affine forms",
+            example: if self.answer.is_empty() {
+                "{\"lmi\": ()}"
+            } else {
+                r#"{"boaster": (bound: None, answer: [1.0])}"#
+            },
+            settings: &[("bound", "the bound that it claims"), ("answer", "its answer")],
+        }
     }
 
     fn label(&self) -> &str {
@@ -297,6 +315,7 @@ fn engines_that_boast_are_noticed() {
         (r#"{"boaster": (bound: None, answer: [0.6, 0.5, 0.0, 0.0])}"#, "violates the forms"),
         (r#"{"boaster": (bound: None, answer: [0.4, 0.5, 0.0, 0.0])}"#, "the best is"),
         (r#"{"boaster": (bound: None, answer: [0.5])}"#, "not 4 finite numbers"),
+        (r#"{"boaster": (bound: None, answer: [])}"#, "the example of boaster is one of `lmi`"),
     ] {
         let message = engine(ron).expect_err(ron).to_string();
         assert!(message.contains(what), "{ron}: {message}");

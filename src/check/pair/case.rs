@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::error::{Error, Result};
 use crate::identify::Evidence;
-use crate::kernels::{Chain, Samples, Workspace, inverse_dynamics_batch, mass_matrix};
+use crate::kernels::{MassMatrix, Samples, Workspace, inverse_dynamics_batch};
 use crate::linalg::{Triangle, product};
 use crate::model::Model;
 use crate::signals::{Folds, Run};
@@ -285,12 +285,12 @@ fn inertia_vote(model: &Model, run: &Run, x: &[f64]) -> Option<f64> {
     let first = model.columns.iter().position(|c| base.pivots.contains(&c.term))?;
     let links = base.lift(x.get(first..first + base.rank())?);
     let n = run.q.len();
-    let chain: &Chain = &model.chain;
-    let (mut ws, mut m) = (Workspace::new(chain, 0.0), vec![0.0; n * n]);
+    let matrix = MassMatrix::new(&model.chain, &links);
+    let (mut ws, mut m) = (Workspace::new(&model.chain, 0.0), vec![0.0; n * n]);
     let mut mean = vec![0.0; n];
     for k in (0..run.samples()).step_by((run.samples() / 40).max(1)) {
         let q: Vec<f64> = run.q.iter().map(|c| c[k]).collect();
-        mass_matrix(chain, &mut ws, &q, &links, &mut m);
+        matrix.at(&mut ws, &q, &mut m);
         mean.iter_mut().enumerate().for_each(|(j, sum)| *sum += m[j * n + j]);
     }
     Some(mean.iter().map(|m| m.signum()).sum::<f64>() / n as f64)

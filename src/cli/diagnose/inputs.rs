@@ -96,8 +96,7 @@ impl Diagnose {
         let add = self.wishes(&robot, &mut extra)?;
         let start = start(self.model.as_deref().unwrap_or("classic"))?;
         let columns = self.from.columns.as_ref().map(ColumnMap::open).transpose()?;
-        let usual = Settings { mode: Mode::Parallel, band_hz: 8.0, trim_s: 1.0, ..Settings::default() };
-        let settings = self.settings(usual);
+        let settings = self.settings(Settings::for_diagnosis());
         let open = |files: &[PathBuf]| -> Result<Vec<Log>> {
             files.iter().map(|f| thinned(open_log(f, &robot, columns.as_ref())?, &settings)).collect()
         };

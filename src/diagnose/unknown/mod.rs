@@ -34,6 +34,8 @@ pub(super) struct Dependence {
 
 /// A formula with its score.
 pub(super) struct Proposal {
+    /// The joint whose error it explains.
+    pub joint: usize,
     pub formula: Formula,
     pub score: Score,
     pub part: f64,
@@ -160,6 +162,6 @@ impl Search<'_> {
         let projection = Projection::new(self.data, self.present, alternatives, Ridge::None);
         let Some(score) = projection.score(self.data, self.present, self.response) else { return Ok(None) };
         let formula = family[score.alternative].clone();
-        Ok(Some(Proposal { formula, part: self.part(&score), score }))
+        Ok(Some(Proposal { joint: self.joint, formula, part: self.part(&score), score }))
     }
 }

@@ -10,6 +10,7 @@ use super::walk::{Ground, Walk};
 use crate::error::Result;
 use crate::form::Form;
 use crate::random::Stream;
+use crate::retrieval::catalogue::EngineAbout;
 use crate::retrieval::checkpoint::{Checkpoint, Outcome};
 use crate::retrieval::polish::{Polish, Polisher, Target};
 use crate::retrieval::{FEASIBLE, Problem, RetrievalEngine, Retrieved, Watch};
@@ -64,10 +65,32 @@ impl Default for PenaltyEngine {
     }
 }
 
+impl PenaltyEngine {
+    /// What it is, in words.
+    pub const ABOUT: EngineAbout = EngineAbout {
+        name: "penalty",
+        title: "random starts, annealing with penalties, polish",
+        text: "Algorithm 1 of Gaz et al. 2019 with cheap coordinate moves and a polish that knows the \
+               constraints. The one to start with, and the only kind where constraints are not convex. It \
+               finds no proof that its answer is the best; the spread over its runs is a hint, and `lmi` on \
+               the same problem gives a bound.",
+        takes: "every constraint",
+        example: r#"{"penalty": (runs: 20, stages: 4)}"#,
+        settings: &[
+            EngineAbout::LABEL,
+            ("runs", "independent runs from random starts, Q in the paper"),
+            ("stages", "most stages of a run, kappa in the paper"),
+            ("proposals", "moves tried in each stage"),
+            EngineAbout::PENALTY,
+            EngineAbout::POLISH,
+        ],
+    };
+}
+
 #[typetag::serde(name = "penalty")]
 impl RetrievalEngine for PenaltyEngine {
-    fn name(&self) -> &'static str {
-        "penalty"
+    fn about(&self) -> EngineAbout {
+        Self::ABOUT
     }
 
     fn label(&self) -> &str {

@@ -12,6 +12,7 @@ use super::function::PenaltyForm;
 use super::runs::{self, Monitor, Plan, judge, random_start};
 use crate::error::{Error, Result};
 use crate::random::Stream;
+use crate::retrieval::catalogue::EngineAbout;
 use crate::retrieval::checkpoint::{Checkpoint, Outcome};
 use crate::retrieval::polish::{Polish, Polisher, Target};
 use crate::retrieval::{Problem, RetrievalEngine, Retrieved, Watch};
@@ -73,10 +74,33 @@ impl Default for PaperEngine {
     }
 }
 
+impl PaperEngine {
+    /// What it is, in words.
+    pub const ABOUT: EngineAbout = EngineAbout {
+        name: "penalty_paper",
+        title: "the paper's Algorithm 1 to the letter",
+        text: "Algorithm 1 of Gaz et al. 2019 as printed: penalty weights 0, 10, 20, .. and annealing over \
+               all unknowns at once. To reproduce the paper; `penalty` reaches the same optimum sooner.",
+        takes: "every constraint",
+        example: r#"{"penalty_paper": (runs: 10, stages: 10)}"#,
+        settings: &[
+            EngineAbout::LABEL,
+            ("runs", "independent runs from random starts, Q in the paper"),
+            ("stages", "stages of a run, kappa in the paper"),
+            ("evaluations", "evaluations of the annealing in each stage"),
+            ("temperature", "temperature at the start of a stage"),
+            ("cooling", "factor on the temperature from move to move"),
+            ("reanneal", "moves after which the temperature returns to its start"),
+            EngineAbout::PENALTY,
+            EngineAbout::POLISH,
+        ],
+    };
+}
+
 #[typetag::serde(name = "penalty_paper")]
 impl RetrievalEngine for PaperEngine {
-    fn name(&self) -> &'static str {
-        "penalty_paper"
+    fn about(&self) -> EngineAbout {
+        Self::ABOUT
     }
 
     fn label(&self) -> &str {

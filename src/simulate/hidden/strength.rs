@@ -10,7 +10,7 @@ use crate::identify::{Evidence, Weighting, fit, fit_with_weights};
 use crate::log::Log;
 use crate::model::Model;
 use crate::plant::{Plant, PlantEffect};
-use crate::signals::{Folds, Mode, Run, Settings, prepare};
+use crate::signals::{Folds, Run, Settings, prepare};
 
 /// Strengths are measured when they are this large at least, so that noise does not blur them.
 const CLEAR: f64 = 4.0;
@@ -79,7 +79,7 @@ impl<'a> Yardstick<'a> {
 
     /// The plant along all motions, through the signal step.
     fn simulated(&self, effects: &[Box<dyn PlantEffect>]) -> Result<Vec<(Log, Run)>> {
-        let settings = Settings { mode: Mode::Parallel, band_hz: 8.0, trim_s: 1.0, ..Settings::default() };
+        let settings = Settings::for_diagnosis();
         let run = |(motion, seed): &(Ramped<FourierMotion>, u64)| {
             let log = self.plant.simulate_with(effects, motion, motion.total_s(), *seed)?.log;
             let run = prepare(&log, &settings)?.0;

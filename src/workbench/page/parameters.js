@@ -9,12 +9,6 @@ import { LinePlot } from "/page/plot.js";
 import { retrievals } from "/page/study.js";
 import { TimeAxis } from "/page/time_axis.js";
 
-const ENGINES = [
-  ["lmi", "lmi", "semidefinite: the best there is for convex rules, with a proof"],
-  ["penalty", "penalty", "random starts and annealing: takes every rule"],
-  ["penalty_paper", "penalty_paper", "the same by the letter of the paper: slow, for comparison"],
-];
-
 export function parametersView(study) {
   const wanted = { engines: new Set(["lmi", "penalty"]), runs: 5, intervals: false };
   const editor = new Editor({ label: "rules", rows: 14 });
@@ -46,7 +40,7 @@ export function parametersView(study) {
     element,
     draw: (state) => {
       drawRules(state.constraints);
-      drawTools({ kinds: state.constraint_kinds ?? [], ready: state.shown !== null, running: state.retrieval?.running ?? false });
+      drawTools({ kinds: state.constraint_kinds ?? [], engines: state.engine_kinds ?? [], ready: state.shown !== null, running: state.retrieval?.running ?? false });
       run.draw(state);
     },
     drawProgress: (progress) => run.progress(progress),
@@ -55,9 +49,9 @@ export function parametersView(study) {
 }
 
 function controls(facts, wanted, editor, { keep, begin }) {
-  const engine = ([name, label, title]) => {
+  const engine = ({ name, title, takes }) => {
     const box = h("input", { type: "checkbox", checked: wanted.engines.has(name), onchange: () => (box.checked ? wanted.engines.add(name) : wanted.engines.delete(name)) });
-    return h("label.chip", { title }, box, label);
+    return h("label.chip", { title: `${title}; takes ${takes}` }, box, name);
   };
   const runs = h("input", { type: "number", min: "1", max: "200", step: "1", value: wanted.runs, onchange: () => { wanted.runs = Math.max(1, Math.round(Number(runs.value)) || 1); } });
   const box = h("input", { type: "checkbox", checked: wanted.intervals, onchange: () => { wanted.intervals = box.checked; } });
@@ -67,14 +61,14 @@ function controls(facts, wanted, editor, { keep, begin }) {
     const end = editor.text.lastIndexOf("]");
     const before = editor.text.slice(0, end).trimEnd();
     const comma = /[[,]$/.test(before) ? "" : ",";
-    editor.text = `${before}${comma}\n    ${kind.template},\n${editor.text.slice(end)}`;
+    editor.text = `${before}${comma}\n    ${kind.template}\n${editor.text.slice(end)}`;
     editor.show([], "not in use yet");
   };
   return [
     h("div.tools", {},
       facts.kinds.length > 0 && choice("insert a rule", [["", "choose"], ...facts.kinds.map((k) => [k.name, `${k.name}: ${k.title}`])], "", insert),
       button("Use these rules", keep, { key: "keep", disabled: facts.running })),
-    h("div.tools", {}, h("fieldset.chips", {}, h("legend.hidden", {}, "engines"), ENGINES.map(engine)),
+    h("div.tools", {}, h("fieldset.chips", {}, h("legend.hidden", {}, "engines"), facts.engines.map(engine)),
       h("label.choice", {}, h("span", {}, "runs of penalty"), runs), h("label.chip", {}, box, term("interval", "intervals")),
       button("Look for link parameters", begin, { kind: "main", key: "begin", disabled: !facts.ready || facts.running })),
   ];
