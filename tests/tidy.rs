@@ -293,7 +293,7 @@ fn the_recipe_for_an_effect_is_true() {
     for about in CATALOGUE.iter().map(|entry| entry.about) {
         let own = fs::read_to_string(format!("src/effects/{}.rs", about.name)).expect("a file of its own");
         let kind =
-            own.split("pub struct ").nth(1).and_then(|rest| rest.split([' ', '<']).next()).expect("a type");
+            own.split("impl Effect for ").nth(1).and_then(|rest| rest.split(' ').next()).expect("a type");
         assert!(own.contains(&format!("name: \"{}\"", about.name)), "{} does not say its name", about.name);
         assert_eq!(
             catalogue.matches(&format!("about: {kind}::ABOUT")).count(),

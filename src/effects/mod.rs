@@ -326,7 +326,7 @@ pub struct Described {
     pub standard_error: Option<f64>,
 }
 
-impl<'a> dyn Effect + 'a {
+impl dyn Effect + '_ {
     /// Whether columns are built from the model's own torque ([`Stretch::model_torque`]); such effects are
     /// fitted in turns with it until both agree.
     pub fn needs_torque(&self) -> bool {
