@@ -56,7 +56,7 @@ impl Model {
         let mut base = None;
         for (number, effect) in effects.iter().enumerate() {
             let terms = effect.terms(robot)?;
-            let rigid = effect.about().name == "rigid_body";
+            let rigid = effect.is_rigid_body();
             let found = rigid.then(|| BaseParameters::new(robot));
             let mut slot = vec![None; terms.len()];
             for (term, mut about) in terms.into_iter().enumerate() {
@@ -95,7 +95,7 @@ impl Model {
         self.effects.iter().any(|e| e.about().name == effect)
     }
 
-    /// Whether an effect is built from the model's own torque ([`Effect::needs_torque`]).
+    /// Whether an effect is built from the model's own torque ([`crate::effects::BuiltFrom`]).
     pub fn needs_torque(&self) -> bool {
         self.effects.iter().any(|e| e.needs_torque())
     }
@@ -162,7 +162,7 @@ impl Model {
 /// What of `range` an effect computes at once: rigid links look at one sample only and have many columns, which stay
 /// in the cache in pieces.
 fn stretches(effect: &dyn Effect, range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
-    let step = if effect.about().name == "rigid_body" { STRETCH } else { range.len().max(1) };
+    let step = if effect.is_rigid_body() { STRETCH } else { range.len().max(1) };
     range.clone().step_by(step).map(move |first| first..(first + step).min(range.end))
 }
 

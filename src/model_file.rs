@@ -174,7 +174,7 @@ impl ModelFile {
             }
         }
         let given = |c: &&Column| self.parameters.iter().any(|p| p.symbol == c.about.symbol);
-        let rigid = |c: &Column| model.effects[c.effect].about().name == "rigid_body";
+        let rigid = |c: &Column| model.effects[c.effect].is_rigid_body();
         if let Some(lost) = model.columns.iter().find(|c| !rigid(c) && !given(c)) {
             return Err(Error::new(format!("`parameters` holds no value of `{}`", lost.about.symbol))
                 .help("give every parameter of every effect; only link parameters may be left out"));

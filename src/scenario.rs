@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::constraints::Constraint;
-use crate::effects::{Effect, classic};
+use crate::effects::{Effect, RigidBody, classic};
 use crate::error::{Error, Result};
 use crate::excitation::{FourierMotion, SinusoidalVelocity};
 use crate::identify::{Search, Weighting};
@@ -318,7 +318,7 @@ impl Scenario {
         }
         if self.effects.is_empty() {
             return Err(Error::new("`effects` names none, so there is nothing to identify")
-                .help("leave `effects` out, or list at least {\"rigid_body\": ()}"));
+                .help(format!("leave `effects` out, or list at least {}", RigidBody::ABOUT.example)));
         }
         self.check_objective()?;
         match &self.logs {

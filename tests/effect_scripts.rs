@@ -219,8 +219,8 @@ fn the_plants_own_drag_and_warmth_come_back() {
         assert!((value(symbol) - truth).abs() < 5e-3, "{symbol} = {}", value(symbol));
     }
     // Both signs of the limits: nothing here is implausible, and the opposite is.
-    assert_eq!(model.effects[2].implausible(&[0.4, 0.15]), None);
-    let why = model.effects[3].implausible(&[-0.6, 0.6]).expect("warmth that brakes");
+    assert_eq!(model.effects[2].implausible(&arm, &[0.4, 0.15]), None);
+    let why = model.effects[3].implausible(&arm, &[-0.6, 0.6]).expect("warmth that brakes");
     assert!(why.contains("fw = 0.6"), "{why}");
     // A wrong time constant fits worse: the shape can be found.
     let error = |warm_up: f64| fitted(&arm, &run, effects(warm_up)).1.errors.pooled_percent;
@@ -275,7 +275,8 @@ fn scenarios_load_scripts_from_their_folder() {
 fn friction_under_load_is_fitted_in_turns_with_the_model() {
     let arm = robot("two_link.ron");
     let effect = scripted(&one("[abs(now.load) * tanh(now.dq_sharp / 0.02)]")).expect("reads");
-    assert!(effect.needs_torque() && !shipped("end_stop.rhai").needs_torque());
+    let needs_torque = |effect: &dyn Effect| effect.needs_torque();
+    assert!(needs_torque(&effect) && !needs_torque(&shipped("end_stop.rhai")));
     let motion = FourierMotion::random(&arm, 3, 4, 5.0, 0.6).expect("limits are known");
     let plant = Plant::new(arm.clone()).expect("has inertias");
     let mut run = exact(&plant.simulate(&motion, 5.0, 1).expect("simulates"));

@@ -4,7 +4,14 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use lacuna::effects::{CATALOGUE, Stage};
+use lacuna::plant::TWINS;
+
 fn rust_files(folder: &str) -> Vec<PathBuf> {
+    files(folder, &["rs"])
+}
+
+fn files(folder: &str, kinds: &[&str]) -> Vec<PathBuf> {
     let mut found = Vec::new();
     let mut open = vec![PathBuf::from(folder)];
     while let Some(path) = open.pop() {
@@ -12,7 +19,7 @@ fn rust_files(folder: &str) -> Vec<PathBuf> {
             let path = entry.expect("entries read").path();
             if path.is_dir() {
                 open.push(path);
-            } else if path.extension().is_some_and(|e| e == "rs") {
+            } else if path.extension().is_some_and(|e| kinds.iter().any(|kind| e == *kind)) {
                 found.push(path);
             }
         }
@@ -110,7 +117,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("retrieval", vec!["space", "form", "random"]),
         ("constraints", vec!["space", "form", "retrieval", "robot", "script"]),
         ("script", vec!["space", "form"]),
-        ("export", vec!["identify", "model_file", "robot"]),
+        ("export", vec!["effects", "identify", "model_file", "robot"]),
         (
             "diagnose",
             vec![
@@ -200,5 +207,109 @@ fn every_room_has_a_map_entry() {
         if !["main", "lib"].contains(&room.as_str()) {
             assert!(map.contains(&format!("`{room}`")), "ARCHITECTURE.md does not know `{room}`");
         }
+    }
+}
+
+/// Where an effect may be called by name all the same: file, name, reason.
+const BY_NAME: [(&str, &str, &str); 3] = [
+    (
+        "src/text/explain.rs",
+        "viscous_friction",
+        "the example of every message about a list; `text` knows no effects",
+    ),
+    (
+        "src/benchmark/answers.ron",
+        "thermal_friction",
+        "rules of published tables, fixed in one place before them",
+    ),
+    (
+        "src/benchmark/answers.ron",
+        "friction_drift",
+        "rules of published tables, fixed in one place before them",
+    ),
+];
+
+/// Lines of code with the name of an effect as a literal; comments and tests at the foot of a file do not count.
+fn lines_that_name(code: &str, effect: &str) -> Vec<usize> {
+    let code = code.split("#[cfg(test)]").next().unwrap_or_default();
+    let literals = [format!("\"{effect}\""), format!("\\\"{effect}\\\"")];
+    let names = |line: &str| {
+        !line.trim_start().starts_with("//") && literals.iter().any(|literal| line.contains(literal.as_str()))
+    };
+    code.lines().enumerate().filter(|(_, line)| names(line)).map(|(number, _)| number + 1).collect()
+}
+
+/// What has to be known of an effect it says itself (`effects::About`); who asks for its name instead treats the next
+/// effect wrongly without a word. Its own file and its twin in the plant bear the name, as RON does.
+#[test]
+fn nobody_asks_for_an_effect_by_its_name() {
+    assert_eq!(lines_that_name("// \"backlash\"\nif name == \"backlash\" {", "backlash"), [2]);
+    assert_eq!(lines_that_name(r#"help("add {\"backlash\": ()}")"#, "backlash"), [1]);
+    let sources: Vec<(String, String)> = files("src", &["rs", "js", "ron", "json"])
+        .into_iter()
+        .filter(|path| !path.ends_with("tests.rs"))
+        .map(|path| (path.to_string_lossy().replace('\\', "/"), fs::read_to_string(&path).expect("reads")))
+        .collect();
+    // `script` is a word of constraints, pages and commands as well.
+    let named = CATALOGUE.iter().filter(|entry| entry.about.stage != Stage::Given);
+    for name in named.map(|entry| entry.about.name) {
+        for (path, text) in &sources {
+            let allowed = BY_NAME.iter().any(|(file, effect, _)| file == path && *effect == name);
+            let bears_it = text.contains(&format!("typetag::serde(name = \"{name}\")"));
+            let lines = lines_that_name(text, name);
+            assert!(
+                allowed || bears_it || lines.is_empty(),
+                "{path}:{}: `{name}` by name; ask what `effects::About` says, and let it say more if it must",
+                lines[0]
+            );
+            assert!(!allowed || !lines.is_empty(), "{path} no longer names `{name}`: take it off the list");
+        }
+    }
+}
+
+/// Files that a recipe of CONTRIBUTING names in backquotes, `<name>` standing for any name.
+fn named_files(recipe: &str) -> Vec<String> {
+    let text = fs::read_to_string("CONTRIBUTING.md").expect("the recipes are there");
+    let (_, section) = text.split_once(&format!("## {recipe}\n")).expect("a recipe");
+    let section = section.split("\n## ").next().unwrap_or_default();
+    let quoted = section.split('`').skip(1).step_by(2);
+    let is_file = |word: &&str| word.contains('/') && !word.contains(' ') && !word.contains(':');
+    quoted.filter(is_file).map(str::to_string).collect()
+}
+
+#[test]
+fn the_recipe_for_an_effect_is_true() {
+    let named = named_files("Add an effect");
+    assert!(named.len() >= 5, "{named:?}");
+    for file in named.iter().filter(|file| !file.contains('<')) {
+        assert!(Path::new(file).exists(), "CONTRIBUTING names {file}, which is not there");
+    }
+    let places: Vec<&String> = named.iter().filter(|file| file.contains('<')).collect();
+    assert_eq!(places, ["src/effects/<name>.rs", "src/plant/physics/<name>.rs"]);
+    let catalogue = fs::read_to_string("src/effects/catalogue.rs").expect("reads");
+    let cases: String = ["hidden", "local", "recovered", "bodies", "built_from_torque"]
+        .iter()
+        .map(|file| fs::read_to_string(format!("tests/effects/{file}.rs")).expect("reads"))
+        .collect();
+    for about in CATALOGUE.iter().map(|entry| entry.about) {
+        let own = fs::read_to_string(format!("src/effects/{}.rs", about.name)).expect("a file of its own");
+        let kind =
+            own.split("impl Effect for ").nth(1).and_then(|rest| rest.split(' ').next()).expect("a type");
+        assert!(own.contains(&format!("name: \"{}\"", about.name)), "{} does not say its name", about.name);
+        assert_eq!(
+            catalogue.matches(&format!("about: {kind}::ABOUT")).count(),
+            1,
+            "{kind}: a line in the catalogue"
+        );
+        // A plant has rigid bodies anyway, and what a script says nobody knows; both have tests of their own.
+        if matches!(about.stage, Stage::InEveryModel | Stage::Given) {
+            continue;
+        }
+        assert_eq!(TWINS.iter().filter(|twin| twin.name == about.name).count(), 1, "{}: a twin", about.name);
+        assert!(
+            cases.contains(kind) || cases.contains(about.name),
+            "{}: no case in tests/effects",
+            about.name
+        );
     }
 }

@@ -81,7 +81,9 @@ pub fn plan(part: Part, rounds: usize, seed: u64) -> Vec<Item> {
         Part::Weak => each(part, rounds, seed, 0.4, single),
         Part::Pairs => repeated(part, rounds, seed, pair),
         Part::Contact => repeated(part, rounds, seed, |_| {
-            Family::named("contact_force")
+            FAMILIES
+                .iter()
+                .find(|family| family.scope == Scope::Event)
                 .map(|family| Choice { family, joint: 0, strength: CONTACT })
                 .into_iter()
                 .collect()

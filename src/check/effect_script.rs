@@ -126,7 +126,7 @@ fn on_log(effect: &ScriptedEffect, robot: &Robot, log: &Log, stop: &Stop) -> Res
             column.about.unit
         ));
     }
-    lines.extend(effect.implausible(&values).map(|why| format!("no physics: {why}")));
+    lines.extend(effect.implausible(robot, &values).map(|why| format!("no physics: {why}")));
     Ok(Section::wrapped(title, lines))
 }
 

@@ -167,7 +167,7 @@ fn others(scenario: &Scenario, robot: &Robot) -> Vec<Parameter> {
     if scenario.objective == Objective::Coefficients {
         return Vec::new();
     }
-    let effects = scenario.effects.iter().filter(|e| e.about().name != "rigid_body");
+    let effects = scenario.effects.iter().filter(|e| !e.is_rigid_body());
     let terms = effects.filter_map(|e| e.terms(robot).ok()).flatten();
     terms.map(|t| Parameter::free(t.symbol, t.unit)).collect()
 }

@@ -1,5 +1,5 @@
 use lacuna::constraints;
-use lacuna::effects::{About, CATALOGUE};
+use lacuna::effects::{self, About, CATALOGUE};
 use lacuna::report::hanging;
 use lacuna::retrieval::catalogue::{self, EngineAbout};
 use lacuna::{Error, Result, text};
@@ -35,44 +35,65 @@ fn unknown<'a>(kind: &str, name: &str, known: impl Iterator<Item = &'a str>) -> 
 }
 
 /// Symbol, unit and meaning; what is long hangs below the meaning.
-fn parameters(of: &[(&str, &str, &str)]) -> String {
-    let width = |length: fn(&(&str, &str, &str)) -> usize| of.iter().map(length).max().unwrap_or(0);
-    let symbol = width(|(symbol, ..)| symbol.chars().count());
-    let unit = width(|(_, unit, _)| unit.chars().count()).min(22);
-    let line = |(s, u, meaning): &(&str, &str, &str)| {
-        hanging(&format!("  {s:symbol$}  {u:unit$}  "), meaning, symbol + unit + 6)
+fn parameters(of: &[effects::Parameter]) -> String {
+    let width = |length: fn(&effects::Parameter) -> usize| of.iter().map(length).max().unwrap_or(0);
+    let symbol = width(|p| p.symbol.chars().count());
+    let unit = width(|p| p.unit.chars().count()).min(22);
+    let line = |p: &effects::Parameter| {
+        hanging(&format!("  {:symbol$}  {:unit$}  ", p.symbol, p.unit), p.meaning, symbol + unit + 6)
     };
     of.iter().map(line).collect()
 }
 
 #[derive(Serialize)]
-struct Entry<'a> {
-    name: &'a str,
-    title: &'a str,
-    text: &'a str,
-    equation: &'a str,
-    parameters: Vec<Parameter<'a>>,
-    confused_with: &'a str,
+struct Entry {
+    name: &'static str,
+    title: &'static str,
+    text: &'static str,
+    equation: &'static str,
+    parameters: &'static [effects::Parameter],
+    cause: &'static str,
+    confused_with: &'static str,
+    separating_motion: &'static str,
+    example: &'static str,
+    drawn_against: effects::Variable,
+    at_rest: effects::AtRest,
+    reach: effects::Reach,
+    stage: effects::Stage,
+    imitated_by: &'static [effects::Imitation],
+    exports: effects::Exports,
 }
 
-#[derive(Serialize)]
-struct Parameter<'a> {
-    symbol: &'a str,
-    unit: &'a str,
-    meaning: &'a str,
-}
-
-fn entry(about: &About) -> Entry<'static> {
-    let parameters =
-        about.parameters.iter().map(|(symbol, unit, meaning)| Parameter { symbol, unit, meaning });
+fn entry(about: &About) -> Entry {
     Entry {
         name: about.name,
         title: about.title,
         text: about.text,
         equation: about.equation,
-        parameters: parameters.collect(),
+        parameters: about.parameters,
+        cause: about.cause,
         confused_with: about.confused_with,
+        separating_motion: about.separation.motion,
+        example: about.example,
+        drawn_against: about.drawn_against,
+        at_rest: about.at_rest,
+        reach: about.reach,
+        stage: about.stage,
+        imitated_by: about.imitated_by,
+        exports: about.special.exports,
     }
+}
+
+/// Values of a parameter that cannot be, or are odd, and what they would mean.
+fn bounds(of: &[effects::Parameter]) -> String {
+    let unit = |p: &effects::Parameter| if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
+    // The least number above zero stands for zero itself.
+    let at = |x: f64| if x.abs() < 1e-300 { 0.0 } else { x };
+    let says = |p: &effects::Parameter, side: &str, bound: Option<effects::Bound>| {
+        bound.map(|b| hanging(&format!("{} {side} {}{}: ", p.symbol, at(b.at), unit(p)), b.beyond, 4))
+    };
+    let one = |p| [says(p, "below", p.least), says(p, "above", p.most)];
+    of.iter().flat_map(one).flatten().collect()
 }
 
 fn all(global: &Global) -> Result<bool> {
@@ -99,6 +120,10 @@ fn one(name: &str, global: &Global) -> Result<bool> {
     text += &format!("\n{}\n", hanging("  ", about.equation, 6));
     text += &parameters(about.parameters);
     text += &format!("\n{}", hanging("easily confused with: ", about.confused_with, 4));
+    text += &hanging("told apart by: ", about.separation.motion, 4);
+    text += &hanging("usual cause: ", about.cause, 4);
+    text += &bounds(about.parameters);
+    text += &hanging("in a scenario: ", about.example, 4);
     print(&text)?;
     Ok(true)
 }

@@ -20,11 +20,13 @@ const CUTS: [usize; 4] = [1, 7, 128, SAMPLES];
 
 /// Checks an effect as a scenario writes it (`{"viscous_friction": ()}`), on a robot: that
 ///
-/// - it explains itself, and survives being written and read again, meaning the same;
+/// - it explains itself: words, a typical cause, an example that reads as this effect, what values beyond a bound would
+///   mean; the shapes of the example lie within these bounds;
+/// - it survives being written and read again, meaning the same;
 /// - its terms have units and symbols of their own, and name joints that exist;
 /// - it fills one column per term and joint, in the joints that the term names and no others, with finite
 ///   numbers that are the same each time and do not depend on how a run is cut into stretches;
-/// - its columns do not depend on the measured torque, only on the model's ([`Effect::needs_torque`]);
+/// - its columns do not depend on the measured torque, only on the model's ([`crate::effects::BuiltFrom`]);
 /// - shapes lie within their limits, take new values, and leave the others alone.
 ///
 /// The motion is made up: sinusoids of every joint within 1 rad, with a channel for each name in `channels`.
@@ -41,6 +43,7 @@ pub fn effect(ron: &str, robot: &Robot, folder: &Path, channels: &[&str]) -> Res
     let first = read(ron)?;
     explains_itself(&first.about())?;
     let written = text::to_ron(&first)?;
+    gives_an_example(&first.about(), &written)?;
     let second = read(&written).map_err(|e| {
         Error::new(format!("what it writes cannot be read again: {}", e.message())).help(written.clone())
     })?;
@@ -74,18 +77,52 @@ fn explains_itself(about: &About) -> Result<()> {
     must(!name.is_empty() && !name.contains(char::is_whitespace), || {
         format!("its name `{name}` has spaces")
     })?;
-    for (what, said) in [("title", about.title), ("text", about.text), ("equation", about.equation)] {
+    for (what, said) in [
+        ("title", about.title),
+        ("text", about.text),
+        ("equation", about.equation),
+        ("usual cause", about.cause),
+        ("motion that tells it apart", about.separation.motion),
+        ("example", about.example),
+    ] {
         must(!said.trim().is_empty(), || format!("{name} has no {what}"))?;
     }
     must(about.text.split_whitespace().count() >= 10, || {
         format!("the text of {name} does not explain it: say what it is and how it shows in data")
     })?;
-    let mute = about.parameters.iter().find(|(symbol, unit, meaning)| {
-        symbol.trim().is_empty() || unit.trim().is_empty() || meaning.trim().is_empty()
-    });
+    let mute = about
+        .parameters
+        .iter()
+        .find(|p| [p.symbol, p.unit, p.meaning].iter().any(|said| said.trim().is_empty()));
     must(mute.is_none() && !about.parameters.is_empty(), || {
         format!("{name} does not name its parameters with symbol, unit (\"1\" for none) and meaning")
     })
+}
+
+/// The example reads as the effect that was `written`, comes back the same, and its shapes may be as they are; bounds of
+/// all parameters say what a value beyond would be.
+fn gives_an_example(about: &About, written: &str) -> Result<()> {
+    let name = about.name;
+    let example: Box<dyn Effect> = text::from_ron(about.example)
+        .map_err(|e| Error::new(format!("the example of {name} cannot be read: {}", e.message())))?;
+    let again = text::to_ron(&example)?;
+    let tag = |ron: &str| ron.split_once(':').map(|(tag, _)| tag.trim_matches(['{', ' ', '\n']).to_string());
+    must(tag(&again) == tag(written), || format!("the example of {name} is one of another effect: {again}"))?;
+    let back: Box<dyn Effect> = text::from_ron(&again)?;
+    must(format!("{back:?}") == format!("{example:?}"), || {
+        format!("the example of {name} means something else when it is written and read again")
+    })?;
+    for p in about.parameters {
+        let (least, most) =
+            (p.least.map_or(f64::NEG_INFINITY, |b| b.at), p.most.map_or(f64::INFINITY, |b| b.at));
+        must(least < most, || format!("no value of `{}` can be between {least} and {most}", p.symbol))?;
+        let mute = [p.least, p.most].into_iter().flatten().any(|b| b.beyond.trim().is_empty());
+        must(!mute, || format!("{name} does not say what `{}` beyond its bounds would mean", p.symbol))?;
+        let outside =
+            example.shapes().into_iter().find(|s| s.symbol == p.symbol && p.broken(s.value).is_some());
+        must(outside.is_none(), || format!("`{}` in the example of {name} is out of its bounds", p.symbol))?;
+    }
+    Ok(())
 }
 
 /// Sinusoids whose periods fit no common one, and everything that a log may have beside them.

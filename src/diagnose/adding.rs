@@ -8,7 +8,7 @@ use super::ladder::{Addition, Ladder, Refusal, Rung};
 use super::parts::{Part, upright};
 use super::present::Present;
 use super::refine;
-use crate::effects::{Effect, JointSpring, TorqueRipple};
+use crate::effects::{AtRest, Effect, Variable};
 use crate::error::Result;
 
 /// A wave over the first joint with fewer periods per turn than this may be a leaning base's doing.
@@ -59,7 +59,7 @@ impl Ladder {
         let effect = refine::shapes(&self.data, &self.present, start)?;
         let values = self.values(effect.as_ref())?;
         let reason = (effect.undecidable(&self.data.robot, &self.data.runs))
-            .or_else(|| effect.implausible(&values))
+            .or_else(|| effect.implausible(&self.data.robot, &values))
             .or_else(|| doubts::of_the_clock(effect.as_ref(), &values, &self.data));
         let reason = match reason {
             None => self.of_a_lean(effect.as_ref(), joint)?,
@@ -79,9 +79,9 @@ impl Ladder {
         if joint.is_none() || joint != upright(&self.data) || !self.parts.has_tilt() {
             return Ok(None);
         }
-        let long = effect.shapes().first().is_none_or(|k| k.value < LONG);
-        let alike =
-            [JointSpring::ABOUT.name, TorqueRipple::ABOUT.name].contains(&effect.about().name) && long;
+        let about = effect.about();
+        let follows_position = about.drawn_against == Variable::Position && about.at_rest == AtRest::Smooth;
+        let alike = follows_position && effect.shapes().first().is_none_or(|k| k.value < LONG);
         if alike && self.parts.allow_for_lean(&self.data)? {
             self.refit()?;
         }

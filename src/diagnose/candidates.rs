@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::data::{Column, Data};
-use crate::effects::{CATALOGUE, Effect};
+use crate::effects::{CATALOGUE, Effect, Stage};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 
@@ -41,6 +41,11 @@ impl Candidate {
     /// Name of the effect.
     pub fn name(&self) -> &'static str {
         self.effect.about().name
+    }
+
+    /// Whether it belongs to plain friction, which is taken first.
+    pub fn is_plain(&self) -> bool {
+        self.effect.about().stage == Stage::First
     }
 
     /// Computes the columns; none where the data lack what the effect needs (a temperature, say).

@@ -1,6 +1,6 @@
 //! Choosing among explanations that the data cannot tell apart.
 
-use super::ladder::{Ladder, PLAIN, Scored};
+use super::ladder::{Ladder, Scored};
 use super::present::Response;
 use super::score::{Score, long_run_variance};
 use crate::effects::Effect;
@@ -69,12 +69,14 @@ impl Ladder {
     /// Whether the numbers that a candidate would get are odd for what it is, or impossible.
     fn is_odd(&self, scored: &Scored) -> Result<bool> {
         let (effect, values) = self.numbers_of(scored)?;
-        Ok(effect.odd(&values).or_else(|| effect.implausible(&values)).is_some())
+        let robot = &self.data.robot;
+        Ok(effect.odd(robot, &values).or_else(|| effect.implausible(robot, &values)).is_some())
     }
 
     /// Whether the numbers that a candidate would get cannot be.
     fn is_impossible(&self, scored: &Scored) -> bool {
-        self.numbers_of(scored).is_ok_and(|(effect, values)| effect.implausible(&values).is_some())
+        self.numbers_of(scored)
+            .is_ok_and(|(effect, values)| effect.implausible(&self.data.robot, &values).is_some())
     }
 
     /// Whether data cannot tell `other` from `best`: same joint, nearly the gain, and a difference of
@@ -152,7 +154,7 @@ impl Ladder {
             let other = &self.candidates[s.candidate];
             other.name() == own.name() && other.joint.is_some_and(|j| j != own_joint)
         };
-        if own.order <= PLAIN && 2 * (1 + passing.iter().copied().filter(same).count()) >= self.data.dof() {
+        if own.is_plain() && 2 * (1 + passing.iter().copied().filter(same).count()) >= self.data.dof() {
             return scored.iter().filter(same).collect();
         }
         let best_of =

@@ -7,7 +7,7 @@ use super::present::{Present, rms, square_sum};
 use super::refine;
 use super::score::Score;
 use super::unknown::{Dependence, Proposal, Search};
-use crate::effects::{Curve, Effect, PositionDependentFriction, TorqueRipple};
+use crate::effects::{Curve, Effect, Imitation, Own};
 use crate::error::Result;
 
 /// A named effect closes a case when it leaves less than this part of its joint's reducible error.
@@ -32,9 +32,6 @@ const IN_SAMPLE: f64 = 0.5;
 const REPLICATES: usize = 19;
 /// A formula must leave less than this part of what the named effect leaves.
 const CLEARLY_LESS: f64 = 0.5;
-
-/// Effects of the catalogue that are nothing but a curve over time.
-const DRIFTS: [&str; 2] = ["torque_drift", "friction_drift"];
 
 /// Structure on a joint that has no name.
 #[derive(Debug, Clone)]
@@ -124,14 +121,13 @@ impl Ladder {
 
     /// The search for what a joint's error depends on, beside the model at hand.
     pub fn search_on(&self, joint: usize) -> Search<'_> {
-        let there = |name: &str| {
-            let own =
-                |p: &usize| self.parts.joint(*p) == Some(joint) && self.parts.get(*p).identity.name == name;
-            self.parts.numbers().iter().any(own)
+        let there = |wave: Own| {
+            let is_wave = |p: usize| self.parts.get(p).effect.about().special.wave == Some(wave);
+            self.parts.numbers().into_iter().any(|p| self.parts.joint(p) == Some(joint) && is_wave(p))
         };
         Search {
-            ripple_open: !there(TorqueRipple::ABOUT.name),
-            friction_open: !there(PositionDependentFriction::ABOUT.name),
+            ripple_open: !there(Own::One),
+            friction_open: !there(Own::Sign),
             data: &self.data,
             present: &self.present,
             response: &self.response,
@@ -222,7 +218,7 @@ impl Ladder {
             // A drift is a curve over time as well, so of a drift and a wave the better one is taken.
             let same_kind = proposal.formula.variable == "time"
                 && matches!(proposal.formula.shape, Curve::Wave { .. })
-                && DRIFTS.contains(&self.candidates[named.candidate].name());
+                && self.candidates[named.candidate].effect.about().is_imitated_by(Imitation::CourseOfTime);
             !tie && (same_kind || left < CLEARLY_LESS * left_by_named)
         })
     }
@@ -306,8 +302,8 @@ impl Ladder {
     /// is a curve over time like any other, and not called a drift.
     fn retire_drifts(&mut self, joint: usize) -> Result<()> {
         let drift = |p: usize| {
-            let identity = &self.parts.get(p).identity;
-            identity.joint == Some(joint) && DRIFTS.contains(&identity.name)
+            let part = self.parts.get(p);
+            part.identity.joint == Some(joint) && part.effect.about().is_imitated_by(Imitation::CourseOfTime)
         };
         let drifts: Vec<usize> = self.rungs.iter().map(|r| r.part).filter(|&p| drift(p)).collect();
         for part in drifts {
@@ -397,7 +393,8 @@ impl Ladder {
     fn proposed(&self, part: usize, joint: usize, rank: usize) -> Option<Proposed> {
         let x = self.present.fit(&self.data.tau);
         let effect = &self.parts.get(part).effect;
-        let text = effect.as_script(&self.data.robot, &x[self.parts.place(part)], rank)?;
+        let formula = effect.formula()?;
+        let text = formula.script(rank, &formula.written(&self.data.robot, &x[self.parts.place(part)]));
         let plain = |c: char| if c.is_ascii_alphanumeric() || c == '_' || c == '-' { c } else { '_' };
         let name: String = self.data.robot.joints[joint].name.chars().map(plain).collect();
         let number = if rank == 0 { String::new() } else { format!("_{}", rank + 1) };
@@ -408,7 +405,6 @@ impl Ladder {
     pub fn written(&self, part: usize) -> Option<String> {
         let x = self.present.fit(&self.data.tau);
         let values = &x[self.parts.place(part)];
-        let effect: &dyn Effect = self.parts.get(part).effect.as_ref();
-        effect.written(&self.data.robot, values)
+        Some(self.parts.get(part).effect.formula()?.written(&self.data.robot, values))
     }
 }

@@ -310,9 +310,9 @@ pub(super) fn bare(
     chosen: &Chosen,
     limits: &Limits,
 ) -> Result<Ladder> {
-    if !effects.iter().any(|e| e.about().name == "rigid_body") {
+    if !effects.iter().any(|e| e.is_rigid_body()) {
         return Err(Error::new("the model to start from has no rigid_body effect")
-            .help("add {\"rigid_body\": ()} to its effects"));
+            .help(format!("add {} to its effects", RigidBody::ABOUT.example)));
     }
     if effects.iter().any(|e| e.needs_torque()) {
         let rigid = crate::model::Model::new(&data.robot, vec![Box::new(RigidBody::default())])?;

@@ -4,6 +4,7 @@ use super::answer::First;
 use super::present::rms;
 use super::score::Score;
 use super::telling::Telling;
+use crate::effects::RigidBody;
 
 /// A cause must explain this part of the worst joint's reducible error.
 const CAUSE: f64 = 0.25;
@@ -39,7 +40,7 @@ impl Telling<'_> {
             ((!self.is_formula(rung.part)).then(|| name.to_string()), of(&rung.score))
         });
         let refit = self.base.missing(self.ladder, &self.x).and(self.base.refit.as_ref());
-        let refit = refit.map(|r| (Some("rigid_body".to_string()), of(&r.score)));
+        let refit = refit.map(|r| (Some(RigidBody::ABOUT.name.to_string()), of(&r.score)));
         // What the user added explains a part of the same error.
         let added = self.added_most(joint).map(|(name, part)| (Some(name.to_string()), part));
         let all = found.chain(refit).chain(added).filter(|(_, part)| *part >= CAUSE * excess);

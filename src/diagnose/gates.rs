@@ -7,7 +7,7 @@ use super::candidates::Candidate;
 use super::ladder::Ladder;
 use super::present::square_sum;
 use super::score::Score;
-use crate::effects::TimeDelay;
+use crate::effects::Imitation;
 use crate::random::Stream;
 
 /// Most that rows at rest may bring of the gain of a joint's delay, unless it takes at least so much of the joint's
@@ -62,7 +62,7 @@ impl Ladder {
     /// Whether what acts on one joint, or a delay of all of them, shows elsewhere than where joints turn round or rest:
     /// there a sign a little too sharp, too soft, early or late says the same.
     pub fn beyond_reversals(&self, candidate: &Candidate, score: &Score) -> bool {
-        let delay = candidate.name() == TimeDelay::ABOUT.name;
+        let delay = candidate.effect.about().is_imitated_by(Imitation::Clock);
         if candidate.joint.is_none() && !delay {
             return true;
         }

@@ -16,9 +16,6 @@ use crate::effects::Effect;
 use crate::error::Result;
 use crate::report::pictures::Ranked;
 
-/// Offset, viscous and Coulomb friction come first in the catalogue, after the rigid body.
-pub(super) const PLAIN: usize = 3;
-
 /// An effect that was no longer needed this often is not tried again.
 const RETURNS: usize = 2;
 
@@ -241,7 +238,7 @@ impl Ladder {
                 let own = &self.candidates[candidate];
                 let usefulness = self.usefulness(own.joint, &score);
                 // Rows of what cannot be chosen are compared with nothing; those of a long log fill the memory.
-                if own.order > PLAIN && !self.passes(own.joint, usefulness, &score) {
+                if !own.is_plain() && !self.passes(own.joint, usefulness, &score) {
                     score.effect = Vec::new();
                 }
                 Some(Scored { candidate, score, usefulness })
@@ -301,7 +298,7 @@ impl Ladder {
             (None, None) => None,
         };
         // Plain friction first: while that is missing, everything else looks strange.
-        let plain = passing.iter().any(|s| self.candidates[s.candidate].order <= PLAIN);
+        let plain = passing.iter().any(|s| self.candidates[s.candidate].is_plain());
         if !plain
             && let Some(unknown) = self.unknown_beside(chosen, &passing)?
             && self.add_unknown(unknown, say)?

@@ -8,7 +8,7 @@ use super::ladder::{Ladder, Rung};
 use super::present::rms;
 use super::signals::{Chosen, prepared};
 use super::telling::Telling;
-use crate::effects::{Effect, Joints, TimeDelay};
+use crate::effects::{Effect, Imitation, Joints, TimeDelay};
 use crate::error::Result;
 use crate::log::Log;
 
@@ -34,7 +34,7 @@ pub(super) struct Late {
 fn rung(ladder: &Ladder) -> Option<&Rung> {
     ladder.rungs.iter().find(|r| {
         ladder.parts.joint(r.part).is_none()
-            && ladder.parts.get(r.part).effect.about().name == TimeDelay::ABOUT.name
+            && ladder.parts.get(r.part).effect.about().is_imitated_by(Imitation::Clock)
     })
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::data::{Column, Data};
 use super::events;
-use super::ladder::{Ladder, PLAIN, Rung};
+use super::ladder::{Ladder, Rung};
 use super::present::{Present, Response};
 use super::score::{Projection, Ridge, Score};
 use crate::error::Result;
@@ -173,7 +173,7 @@ impl Ladder {
     /// Whether a part is plain friction that most joints have: then no joint has to need it.
     fn is_common(&self, part: usize) -> bool {
         let name = self.parts.get(part).identity.name;
-        let plain = self.candidates.iter().any(|c| c.order <= PLAIN && c.name() == name);
+        let plain = self.candidates.iter().any(|c| c.is_plain() && c.name() == name);
         let rungs = self.rungs.iter().filter(|r| self.parts.get(r.part).identity.name == name).count();
         plain && 2 * rungs > self.data.dof()
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::candidates::{Candidate, Identity, local_joint};
 use super::data::{Column, Data};
 use super::present::Columns;
-use crate::effects::{BaseTilt, Effect};
+use crate::effects::{AtRest, Effect};
 use crate::error::Result;
 use crate::identify::BaseParameters;
 use crate::model::Model;
@@ -37,9 +37,10 @@ pub(super) struct Part {
 impl Part {
     /// A part of the starting model.
     pub fn given(data: &Data, effect: Box<dyn Effect>) -> Result<Self> {
-        let terms = match effect.about().name {
-            "rigid_body" => BaseParameters::new(&data.robot).pivots,
-            _ => (0..effect.terms(&data.robot)?.len()).collect(),
+        let terms = if effect.is_rigid_body() {
+            BaseParameters::new(&data.robot).pivots
+        } else {
+            (0..effect.terms(&data.robot)?.len()).collect()
         };
         let joint = local_joint(effect.as_ref(), &data.robot)?;
         let identity = Identity::of(effect.as_ref(), &data.robot)?;
@@ -180,7 +181,7 @@ impl Parts {
     /// Nuisances of the parts as they are; on the `same` data, those that stay are not computed again.
     fn renew_nuisances(&mut self, data: &Data, same: bool) -> Result<()> {
         let mut joints: Vec<usize> = Vec::new();
-        for part in self.live().map(|(_, p)| p).filter(|p| has_sign(p.effect.as_ref())) {
+        for part in self.live().map(|(_, p)| p).filter(|p| p.effect.about().at_rest == AtRest::Step) {
             joints.extend(part.effect.terms(&data.robot)?.iter().flat_map(|t| t.joints.clone()));
         }
         joints.sort_unstable();
@@ -350,13 +351,5 @@ pub(super) fn upright(data: &Data) -> Option<usize> {
 }
 
 fn is_tilt(part: &Part) -> bool {
-    part.effect.about().name == BaseTilt::ABOUT.name
-}
-
-/// Whether an effect has a sign that is smoothed.
-fn has_sign(effect: &dyn Effect) -> bool {
-    matches!(
-        effect.about().name,
-        "coulomb_friction" | "stribeck_friction" | "presliding_hysteresis" | "load_dependent_friction"
-    )
+    part.effect.about().special.leans
 }

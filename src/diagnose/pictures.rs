@@ -73,10 +73,11 @@ fn effects(ladder: &Ladder, traces: &[Trace]) -> Vec<EffectShare> {
     let residual = ladder.present.residual_of(&data.tau, &x);
     let mut all: Vec<EffectShare> = Vec::new();
     for part in parts.numbers() {
-        let (effect, values) = (parts.get(part).effect.about().name, &x[parts.place(part)]);
-        if effect == "rigid_body" {
+        let (effect, values) = (&parts.get(part).effect, &x[parts.place(part)]);
+        if effect.is_rigid_body() {
             continue;
         }
+        let about = effect.about();
         let torque = torque(data, &parts.own_columns(part), values);
         let largest = torque.iter().map(|t| rms(t)).fold(0.0, f64::max);
         let unknown = ladder.unknown.iter().find(|u| u.part == Some(part));
@@ -85,7 +86,7 @@ fn effects(ladder: &Ladder, traces: &[Trace]) -> Vec<EffectShare> {
             let size = rms(torque);
             if size > 0.0 && (parts.joint(part).is_some() || size >= NOTICED * largest) {
                 let (found, left) = (parts.get(part).found, &residual[joint]);
-                all.push(EffectShare::new(effect, found, joint, own, traces, &units, left, torque));
+                all.push(EffectShare::new(&about, found, joint, own, traces, &units, left, torque));
             }
         }
     }

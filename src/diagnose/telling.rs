@@ -13,6 +13,7 @@ use super::ladder::{Ladder, Rung};
 use super::present::rms;
 use super::signals::Chosen;
 use super::{entry, regions};
+use crate::effects::RigidBody;
 use crate::error::Result;
 use crate::report::finite;
 
@@ -207,8 +208,9 @@ impl Telling<'_> {
             held_out_rms: joints.iter().map(|&j| (self.name(j), [rung.before[j], rung.after[j]])).collect(),
             also_possible: super::doubts::also_possible(self.ladder, rung),
             place: self.place(rung),
-            caveat: (part.effect.caveat().map(str::to_string))
-                .or_else(|| part.effect.odd(&self.x[self.ladder.parts.place(rung.part)])),
+            caveat: (about.special.caveat.map(str::to_string)).or_else(|| {
+                part.effect.odd(&self.ladder.data.robot, &self.x[self.ladder.parts.place(rung.part)])
+            }),
             remainder: part.joint.and_then(|j| super::doubts::remainder(self.ladder, j)),
         })
     }
@@ -260,11 +262,12 @@ impl Telling<'_> {
         let ladder = self.ladder;
         let mut all = Vec::new();
         for &part in &ladder.events {
-            let Some((from, to)) = ladder.parts.get(part).effect.interval() else { continue };
+            let effect = &ladder.parts.get(part).effect;
+            let Some((from, to)) = effect.interval() else { continue };
             let x = ladder.present.fit(&ladder.data.tau);
             let force = &x[ladder.parts.place(part)];
             let force_n = [force[0], force[1], force[2]];
-            all.push(Event { kind: "contact_force", from_s: from, to_s: to, force_n });
+            all.push(Event { kind: effect.about().name, from_s: from, to_s: to, force_n });
         }
         Ok(all)
     }
@@ -320,7 +323,7 @@ impl Telling<'_> {
             joints.dedup();
             joints.into_iter().map(|j| self.name(j)).collect()
         };
-        let refit = self.base.refit.as_ref().map(|r| step("rigid_body", Vec::new(), &r.after));
+        let refit = self.base.refit.as_ref().map(|r| step(RigidBody::ABOUT.name, Vec::new(), &r.after));
         let wanted = |a: &Added| match joints(&a.parts) {
             none if none.is_empty() => a.joint.map(|j| self.name(j)).into_iter().collect(),
             some => some,

@@ -1,7 +1,8 @@
 use serde::{Deserialize, Serialize};
 
+use super::about::*;
 use super::parts::{fill_with, sign};
-use super::{About, Columns, Effect, Joints, Stretch, Term};
+use super::{Columns, Effect, Joints, Stretch, Term};
 use crate::error::Result;
 use crate::robot::Robot;
 
@@ -26,9 +27,22 @@ impl AsymmetricFriction {
                directions is no effect of its own: it is exactly coulomb_friction plus torque_offset, and \
                no data can tell the difference.",
         equation: "tau_j = fa_j |dq_j|",
-        parameters: &[("fa", "N m s/rad", "half the difference of the slopes forwards and backwards")],
+        parameters: &[Parameter::new(
+            "fa",
+            "N m s/rad",
+            "half the difference of the slopes forwards and backwards",
+        )],
+        cause: "seals, belts, or a brake that rubs in one direction",
         confused_with: "torque_offset (when the speed hardly varies), nonlinear_viscous_friction (the same \
                         curve when the joint only moves one way)",
+        separation: Separation::OTHER,
+        example: r#"{"asymmetric_friction": (joints: Only(["2"]))}"#,
+        drawn_against: Variable::Velocity,
+        at_rest: AtRest::Smooth,
+        reach: Reach::Joint,
+        stage: Stage::Usual,
+        imitated_by: &[],
+        special: Special { exports: Exports { c: "as it is", ..Exports::NOWHERE }, ..Special::NONE },
     };
 
     pub(super) fn candidates(robot: &Robot) -> Vec<Box<dyn Effect>> {

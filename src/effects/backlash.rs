@@ -1,8 +1,9 @@
 use serde::{Deserialize, Serialize};
 
+use super::about::*;
 use super::derivative::{along_shift, concerned, jump};
-use super::parts::{beyond, positive};
-use super::{About, Columns, Effect, Joints, Shape, Stretch, Term};
+use super::parts::positive;
+use super::{Columns, Effect, Joints, Shape, Stretch, Term};
 use crate::error::Result;
 use crate::robot::Robot;
 
@@ -34,11 +35,22 @@ impl Backlash {
                reversals a remainder will stay.",
         equation: "tau(q - gap_j/2 tanh(tau_rigid_j / closing) e_j) - tau(q), to first order in gap_j",
         parameters: &[
-            ("gap", "rad", "whole play of the joint"),
-            ("closing", "N m", "torque that presses the teeth together"),
+            Parameter::new("gap", "rad", "whole play of the joint")
+                .at_least(0.0, "a gap narrower than none")
+                .at_most(0.05, "a gap of more than 0.05 rad"),
+            Parameter::new("closing", "N m", "torque that presses the teeth together"),
         ],
+        cause: "gear teeth that are worn, or set too far apart",
         confused_with: "joint_elasticity (a slope over the torque instead of a step), presliding_hysteresis \
                         (acts where the motion turns round), joint_zero_error",
+        separation: Separation::OTHER,
+        example: r#"{"backlash": (joints: Only(["2"]), closing: 0.3)}"#,
+        drawn_against: Variable::Velocity,
+        at_rest: AtRest::Smooth,
+        reach: Reach::JointFeltByOthers,
+        stage: Stage::Usual,
+        imitated_by: &[Imitation::AccelerationNoise],
+        special: Special { built_from: BuiltFrom::ModelTorque, ..Special::NONE },
     };
 
     pub(super) fn candidates(robot: &Robot) -> Vec<Box<dyn Effect>> {
@@ -81,10 +93,6 @@ impl Effect for Backlash {
         self.joints.only_one(robot)
     }
 
-    fn needs_torque(&self) -> bool {
-        true
-    }
-
     fn shapes(&self) -> Vec<Shape> {
         let trials = vec![0.1, 0.3, 1.0, 3.0];
         vec![Shape { symbol: "closing", unit: "N m", value: self.closing, low: 0.02, high: 10.0, trials }]
@@ -92,10 +100,5 @@ impl Effect for Backlash {
 
     fn with_shapes(&self, values: &[f64]) -> Box<dyn Effect> {
         Box::new(Self { closing: values.first().copied().unwrap_or(self.closing), ..self.clone() })
-    }
-
-    fn implausible(&self, values: &[f64]) -> Option<String> {
-        let negative = values.iter().any(|gap| *gap < 0.0).then(|| "a gap narrower than none".to_string());
-        negative.or_else(|| beyond(values, 0.05, "a gap of more than 0.05 rad"))
     }
 }

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
-use super::parts::beyond;
-use super::{About, Columns, Effect, Stretch, Term};
+use super::about::*;
+use super::{Columns, Effect, Stretch, Term};
 use crate::error::Result;
 use crate::kernels::{Samples, inverse_dynamics_batch};
 use crate::robot::Robot;
@@ -24,13 +24,35 @@ impl BaseTilt {
                leaning gravity can show (the first moment of link 1 across a vertical first axis) is taken \
                as 0, which adds an error in proportion to the tilt on joint 1.",
         equation: "tau = |g| (tilt_x tau_g(x) + tilt_y tau_g(y)), tau_g(a): gravity torque of unit gravity along a",
-        parameters: &[(
+        parameters: &[Parameter::new(
             "tilt_x, tilt_y",
             "rad",
             "angle by which gravity leans towards the base's x and y (the two axes most nearly level)",
-        )],
+        )
+        .within(0.2, "a base that leans by more than 0.2 rad; check the mounting in the robot file")],
+        cause: "a table that is not level, a base plate that is not flat",
         confused_with: "joint_zero_error of the first joints, rigid_body first moments, a wrong mounting in the \
                         robot file (then the angles are large)",
+        separation: Separation::FAR,
+        example: r#"{"base_tilt": ()}"#,
+        drawn_against: Variable::Position,
+        at_rest: AtRest::Smooth,
+        reach: Reach::Robot,
+        stage: Stage::Usual,
+        imitated_by: &[],
+        special: Special {
+            built_from: BuiltFrom::ModelTorque,
+            leans: true,
+            exports: Exports {
+                mujoco: "gravity of the world",
+                isaaclab: "gravity of the world",
+                gazebo: "gravity of the world",
+                drake: "gravity of the world",
+                c: "gravity of the base",
+                ..Exports::NOWHERE
+            },
+            ..Special::NONE
+        },
     };
 
     pub(super) fn candidates(_robot: &Robot) -> Vec<Box<dyn Effect>> {
@@ -78,13 +100,5 @@ impl Effect for BaseTilt {
 
     fn boxed(&self) -> Box<dyn Effect> {
         Box::new(self.clone())
-    }
-
-    fn needs_torque(&self) -> bool {
-        true
-    }
-
-    fn implausible(&self, values: &[f64]) -> Option<String> {
-        beyond(values, 0.2, "a base that leans by more than 0.2 rad; check the mounting in the robot file")
     }
 }

@@ -5,25 +5,19 @@ use super::*;
 /// One effect of the catalogue.
 #[derive(Debug, Clone, Copy)]
 pub struct Entry {
-    /// Name, text and equation.
+    /// What it says about itself.
     pub about: About,
     /// What a diagnosis tries on a robot: usually the effect once per joint.
     pub candidates: fn(&Robot) -> Vec<Box<dyn Effect>>,
 }
 
-/// The effects that ship, simplest first: among explanations that data cannot tell apart the earlier wins.
+/// The effects that ship, one line each, simplest first: among explanations that data cannot tell apart the earlier wins.
 /// Those without candidates are looked for in other ways or belong to every model.
 pub const CATALOGUE: &[Entry] = &[
     Entry { about: RigidBody::ABOUT, candidates: none },
-    Entry { about: TorqueOffset::ABOUT, candidates: |r| per_joint(r, |joints| TorqueOffset { joints }) },
-    Entry {
-        about: ViscousFriction::ABOUT,
-        candidates: |r| per_joint(r, |joints| ViscousFriction { joints }),
-    },
-    Entry {
-        about: CoulombFriction::ABOUT,
-        candidates: |r| per_joint(r, |joints| CoulombFriction { joints, width: 0.0 }),
-    },
+    Entry { about: TorqueOffset::ABOUT, candidates: TorqueOffset::candidates },
+    Entry { about: ViscousFriction::ABOUT, candidates: ViscousFriction::candidates },
+    Entry { about: CoulombFriction::ABOUT, candidates: CoulombFriction::candidates },
     Entry { about: JointZeroError::ABOUT, candidates: JointZeroError::candidates },
     Entry { about: TorqueGain::ABOUT, candidates: |r| per_joint(r, |joints| TorqueGain { joints }) },
     Entry { about: BaseTilt::ABOUT, candidates: BaseTilt::candidates },

@@ -1,7 +1,8 @@
 use nalgebra::{DMatrix, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::{About, Columns, Described, Effect, Stretch, Term, find_link};
+use super::about::*;
+use super::{Columns, Described, Effect, Stretch, Term, find_link};
 use crate::error::{Error, Result};
 use crate::robot::{JointKind, Pose, Robot};
 
@@ -37,8 +38,17 @@ impl ContactForce {
                point assumed (by default the origin of the last link), the joints near the end keep a \
                remainder.",
         equation: "tau = -J(q)^T f, from from_s to to_s",
-        parameters: &[("fx, fy, fz", "N", "force on the robot, base frame")],
+        parameters: &[Parameter::new("fx, fy, fz", "N", "force on the robot, base frame")],
+        cause: "a hand, a table edge or a workpiece in the way",
         confused_with: "a disturbance of a single sensor (then one joint alone shows it), payload (always there)",
+        separation: Separation::OTHER,
+        example: r#"{"contact_force": (from_s: 2.0, to_s: 3.0)}"#,
+        drawn_against: Variable::Time,
+        at_rest: AtRest::Smooth,
+        reach: Reach::Robot,
+        stage: Stage::Event,
+        imitated_by: &[],
+        special: Special::NONE,
     };
 
     fn check(&self) -> Result<()> {

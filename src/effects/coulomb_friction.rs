@@ -1,7 +1,8 @@
 use serde::{Deserialize, Serialize};
 
-use super::parts::{FrictionPart, drives_motion};
-use super::{About, Columns, Effect, Joints, Stretch, Term};
+use super::about::*;
+use super::parts::{DRIVES_MOTION, FrictionPart};
+use super::{Columns, Effect, Joints, Stretch, Term};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 
@@ -22,9 +23,33 @@ impl CoulombFriction {
         title: "friction of constant size against the motion",
         text: "Changes sign with the velocity and keeps its size: a step in the residual at every reversal.",
         equation: "tau_j = fc_j sign(dq_j), or fc_j tanh(dq_j / width) with a width",
-        parameters: &[("fc", "N m", "Coulomb level")],
+        parameters: &[Parameter::new("fc", "N m", "Coulomb level").at_least(0.0, DRIVES_MOTION)],
+        cause: "surfaces that slide on each other in gears, bearings and seals",
         confused_with: "stribeck_friction (more near zero speed), sigmoid_friction (no jump at zero)",
+        separation: Separation::OTHER,
+        example: r#"{"coulomb_friction": (joints: All)}"#,
+        drawn_against: Variable::Velocity,
+        at_rest: AtRest::Step,
+        reach: Reach::Joint,
+        stage: Stage::First,
+        imitated_by: &[],
+        special: Special {
+            exports: Exports {
+                mujoco: "frictionloss of the joint",
+                isaaclab: "friction of the joint",
+                gazebo: "friction of the joint",
+                c: "as it is",
+                joint: Some(OfJoint::Friction),
+                ..Exports::NOWHERE
+            },
+            ..Special::NONE
+        },
     };
+
+    /// What a diagnosis tries: every joint for itself.
+    pub(super) fn candidates(robot: &Robot) -> Vec<Box<dyn Effect>> {
+        super::per_joint(robot, |joints| Self { joints, width: 0.0 })
+    }
 }
 
 #[typetag::serde(name = "coulomb_friction")]
@@ -51,9 +76,5 @@ impl Effect for CoulombFriction {
 
     fn with_width(&self, width: f64) -> Box<dyn Effect> {
         Box::new(Self { width, ..self.clone() })
-    }
-
-    fn implausible(&self, values: &[f64]) -> Option<String> {
-        drives_motion(values)
     }
 }

@@ -1,7 +1,8 @@
 use serde::{Deserialize, Serialize};
 
+use super::about::*;
 use super::parts::FrictionPart;
-use super::{About, Columns, Effect, Joints, Stretch, Term};
+use super::{Columns, Effect, Joints, Stretch, Term};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 
@@ -31,11 +32,20 @@ impl CoupledFriction {
                velocity. Viscous and dry part should have the same sign.",
         equation: "tau_j = cv dq_i + cc sign(dq_i)",
         parameters: &[
-            ("cv", "N m s/rad", "torque on joint j per velocity of joint i"),
-            ("cc", "N m", "torque on joint j by the direction of joint i"),
+            Parameter::new("cv", "N m s/rad", "torque on joint j per velocity of joint i"),
+            Parameter::new("cc", "N m", "torque on joint j by the direction of joint i"),
         ],
+        cause: "shafts that run one inside the other, gears or belts that two joints of a wrist share",
         confused_with: "friction of the joint itself where both move alike (slow motions of single joints \
                         separate them), rigid_body terms of the other joint's acceleration",
+        separation: Separation::OTHER,
+        example: r#"{"coupled_friction": (joint: "1", from: "2")}"#,
+        drawn_against: Variable::Velocity,
+        at_rest: AtRest::ChangingStep,
+        reach: Reach::Pair,
+        stage: Stage::Usual,
+        imitated_by: &[],
+        special: Special { exports: Exports { c: "as it is", ..Exports::NOWHERE }, ..Special::NONE },
     };
 
     fn both() -> FrictionPart {
@@ -110,7 +120,7 @@ impl Effect for CoupledFriction {
         Box::new(Self { width, ..self.clone() })
     }
 
-    fn odd(&self, values: &[f64]) -> Option<String> {
+    fn odd(&self, _robot: &Robot, values: &[f64]) -> Option<String> {
         let opposite = matches!(values, [v, c] if v * c < 0.0);
         opposite.then(|| "viscous and dry part have opposite signs, as shared gears never do".to_string())
     }

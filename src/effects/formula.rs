@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
-use super::{About, Columns, Effect, Shape, Stretch, Term};
+use super::about::*;
+use super::{Columns, Effect, Shape, Stretch, Term};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 use crate::signals::Run;
@@ -160,8 +161,17 @@ impl Formula {
         text: "What a diagnosis proposes where it knows on which variable a joint's error depends, but no \
                effect of the catalogue explains it. It predicts; the cause is for people to find.",
         equation: "tau_j = c own(dq_j) shape(x), own = 1, dq_j or sign(dq_j)",
-        parameters: &[("c", "N m per unit of the shape", "amplitude; two of them for a wave")],
+        parameters: &[Parameter::new("c", "N m per unit of the shape", "amplitude; two of them for a wave")],
+        cause: "for people to find",
         confused_with: "any effect of the catalogue on the same variable",
+        separation: Separation::OTHER,
+        example: r#"{"formula": (joint: "2", variable: "q2", shape: Bump(a: 0.3, w: 0.1))}"#,
+        drawn_against: Variable::Velocity,
+        at_rest: AtRest::Smooth,
+        reach: Reach::Joint,
+        stage: Stage::Given,
+        imitated_by: &[],
+        special: Special::NONE,
     };
 
     fn joint_index(&self, robot: &Robot) -> Result<usize> {
@@ -173,7 +183,7 @@ impl Formula {
     }
 
     /// The formula with numbers: `0.2100*dq4*sin(3.000*q3 + 0.80)`.
-    fn text(&self, robot: &Robot, values: &[f64]) -> String {
+    pub fn written(&self, robot: &Robot, values: &[f64]) -> String {
         let number = self.joint_index(robot).map_or(0, |j| j + 1);
         let own = match self.own {
             Own::One => String::new(),
@@ -284,11 +294,7 @@ impl Effect for Formula {
         Box::new(Self { width, ..self.clone() })
     }
 
-    fn written(&self, robot: &Robot, values: &[f64]) -> Option<String> {
-        Some(self.text(robot, values))
-    }
-
-    fn as_script(&self, robot: &Robot, values: &[f64], rank: usize) -> Option<String> {
-        Some(self.script(rank, &self.text(robot, values)))
+    fn formula(&self) -> Option<&Formula> {
+        Some(self)
     }
 }

@@ -44,7 +44,7 @@ impl Formula {
 
     /// The formula as an effect script. `rank` keeps the symbols of several scripts of one joint apart;
     /// `found` says what it was with its numbers.
-    pub(super) fn script(&self, rank: usize, found: &str) -> String {
+    pub fn script(&self, rank: usize, found: &str) -> String {
         let (before, shapes) = self.shape.script();
         let (mark, unit) = ("_another".repeat(rank), self.unit());
         let parameters: Vec<String> = shapes

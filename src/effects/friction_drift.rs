@@ -1,7 +1,8 @@
 use serde::{Deserialize, Serialize};
 
+use super::about::*;
 use super::parts::{FrictionPart, positive};
-use super::{About, Columns, Effect, Joints, Shape, Stretch, Term};
+use super::{Columns, Effect, Joints, Shape, Stretch, Term};
 use crate::error::Result;
 use crate::robot::Robot;
 
@@ -44,12 +45,25 @@ impl FrictionDrift {
                from the start of each log. Where temperatures were logged, thermal_friction explains more.",
         equation: "tau_j = (dc_j sign(dq_j) + dv_j dq_j) t, or exp(-t / time_s) in place of t",
         parameters: &[
-            ("dc", "N m/s or N m", "change of Coulomb friction per second, or at the start"),
-            ("dv", "N m/rad or N m s/rad", "change of viscous friction per second, or at the start"),
-            ("time_s", "s", "time over which it settles"),
+            Parameter::new("dc", "N m/s or N m", "change of Coulomb friction per second, or at the start"),
+            Parameter::new(
+                "dv",
+                "N m/rad or N m s/rad",
+                "change of viscous friction per second, or at the start",
+            ),
+            Parameter::new("time_s", "s", "time over which it settles"),
         ],
+        cause: "grease that warms up or spreads after a rest",
         confused_with: "thermal_friction (the same without a temperature), torque_drift (does not turn over \
                         with the direction), load_dependent_friction when the load changes slowly",
+        separation: Separation::LONG,
+        example: r#"{"friction_drift": (joints: Only(["2"]), course: Settling(time_s: 10.0))}"#,
+        drawn_against: Variable::Time,
+        at_rest: AtRest::ChangingStep,
+        reach: Reach::Joint,
+        stage: Stage::Usual,
+        imitated_by: &[Imitation::CourseOfTime],
+        special: Special::NONE,
     };
 
     pub(super) fn candidates(robot: &Robot) -> Vec<Box<dyn Effect>> {

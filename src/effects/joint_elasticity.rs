@@ -1,7 +1,8 @@
 use serde::{Deserialize, Serialize};
 
+use super::about::*;
 use super::derivative::{along_shift, concerned};
-use super::{About, Columns, Effect, Joints, Stretch, Term};
+use super::{Columns, Effect, Joints, Stretch, Term};
 use crate::error::Result;
 use crate::robot::Robot;
 
@@ -24,8 +25,18 @@ impl JointElasticity {
                and link; the torque that twists is that of the rigid links. It is close to noise of the \
                acceleration: if it goes when position_cutoff_hz is halved, it was that.",
         equation: "tau(q - c_j tau_rigid_j e_j) - tau(q), with velocity and acceleration, to first order in c_j",
-        parameters: &[("compliance", "rad/(N m)", "twist per torque")],
+        parameters: &[Parameter::new("compliance", "rad/(N m)", "twist per torque")
+            .at_least(0.0, "a gear that twists against the torque")],
+        cause: "a strain-wave gear, a belt or a torque sensor that yields",
         confused_with: "rotor_inertia, time_delay, backlash (a step instead of a slope), joint_zero_error",
+        separation: Separation::OTHER,
+        example: r#"{"joint_elasticity": (joints: Only(["2"]))}"#,
+        drawn_against: Variable::Acceleration,
+        at_rest: AtRest::Smooth,
+        reach: Reach::JointFeltByOthers,
+        stage: Stage::Usual,
+        imitated_by: &[Imitation::AccelerationNoise],
+        special: Special { built_from: BuiltFrom::ModelTorque, ..Special::NONE },
     };
 
     pub(super) fn candidates(robot: &Robot) -> Vec<Box<dyn Effect>> {
@@ -67,13 +78,5 @@ impl Effect for JointElasticity {
 
     fn belongs_to(&self, robot: &Robot) -> Result<Option<usize>> {
         self.joints.only_one(robot)
-    }
-
-    fn needs_torque(&self) -> bool {
-        true
-    }
-
-    fn implausible(&self, values: &[f64]) -> Option<String> {
-        values.iter().any(|c| *c < 0.0).then(|| "a gear that twists against the torque".to_string())
     }
 }

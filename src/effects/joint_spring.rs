@@ -1,7 +1,8 @@
 use serde::{Deserialize, Serialize};
 
+use super::about::*;
 use super::parts::fill_with;
-use super::{About, Columns, Effect, Joints, Stretch, Term};
+use super::{Columns, Effect, Joints, Stretch, Term};
 use crate::error::Result;
 use crate::robot::Robot;
 
@@ -24,8 +25,26 @@ impl JointSpring {
                over position. Where the spring rests cannot be told from a torque_offset, so keep one in \
                the model.",
         equation: "tau_j = ks_j (q_j - reference)",
-        parameters: &[("ks", "N m/rad", "stiffness")],
+        parameters: &[Parameter::new("ks", "N m/rad", "stiffness")
+            .odd_below(0.0, "a spring that pushes away from rest; probably something else")],
+        cause: "a balancing spring, a hose or a bundle of cables that is bent",
         confused_with: "gravity torque (over a short way a sine is a line), joint_zero_error, base_tilt",
+        separation: Separation::FAR,
+        example: r#"{"joint_spring": (joints: Only(["2"]))}"#,
+        drawn_against: Variable::Position,
+        at_rest: AtRest::Smooth,
+        reach: Reach::Joint,
+        stage: Stage::Usual,
+        imitated_by: &[],
+        special: Special {
+            exports: Exports {
+                mujoco: "stiffness of the joint",
+                gazebo: "spring_stiffness of the joint",
+                c: "as it is",
+                ..Exports::NOWHERE
+            },
+            ..Special::NONE
+        },
     };
 
     pub(super) fn candidates(robot: &Robot) -> Vec<Box<dyn Effect>> {
@@ -49,10 +68,5 @@ impl Effect for JointSpring {
 
     fn boxed(&self) -> Box<dyn Effect> {
         Box::new(self.clone())
-    }
-
-    fn odd(&self, values: &[f64]) -> Option<String> {
-        let pushes = values.iter().any(|ks| *ks < 0.0);
-        pushes.then(|| "a spring that pushes away from rest; probably something else".to_string())
     }
 }

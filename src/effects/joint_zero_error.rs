@@ -1,8 +1,8 @@
 use serde::{Deserialize, Serialize};
 
+use super::about::*;
 use super::derivative::{along_position, concerned};
-use super::parts::beyond;
-use super::{About, Columns, Effect, Joints, Stretch, Term};
+use super::{Columns, Effect, Joints, Stretch, Term};
 use crate::error::Result;
 use crate::robot::{JointKind, Robot};
 
@@ -24,8 +24,18 @@ impl JointZeroError {
                zero that torque could know; that of the last joint cannot be told from the centre of mass of \
                its link.",
         equation: "tau(q + zero_j e_j) - tau(q), to first order in zero_j",
-        parameters: &[("zero", "rad", "true position less measured position")],
+        parameters: &[Parameter::new("zero", "rad", "true position less measured position")
+            .within(0.1, "a zero that is off by more than 0.1 rad")],
+        cause: "an encoder mounted or calibrated with an offset",
         confused_with: "rigid_body (first moments of the links behind), torque_offset, base_tilt, joint_spring",
+        separation: Separation::OTHER,
+        example: r#"{"joint_zero_error": (joints: Only(["2"]))}"#,
+        drawn_against: Variable::Position,
+        at_rest: AtRest::Smooth,
+        reach: Reach::JointFeltByOthers,
+        stage: Stage::Usual,
+        imitated_by: &[Imitation::AccelerationNoise],
+        special: Special { built_from: BuiltFrom::ModelTorque, ..Special::NONE },
     };
 
     /// Every joint whose position matters for torque.
@@ -76,13 +86,5 @@ impl Effect for JointZeroError {
 
     fn belongs_to(&self, robot: &Robot) -> Result<Option<usize>> {
         self.joints.only_one(robot)
-    }
-
-    fn needs_torque(&self) -> bool {
-        true
-    }
-
-    fn implausible(&self, values: &[f64]) -> Option<String> {
-        beyond(values, 0.1, "a zero that is off by more than 0.1 rad")
     }
 }

@@ -1,7 +1,8 @@
 use serde::{Deserialize, Serialize};
 
-use super::parts::{FrictionPart, beyond, drives_motion, scale_with};
-use super::{About, Columns, Effect, Joints, Stretch, Term};
+use super::about::*;
+use super::parts::{DRIVES_MOTION, FrictionPart, scale_with};
+use super::{Columns, Effect, Joints, Stretch, Term};
 use crate::error::Result;
 use crate::robot::Robot;
 
@@ -17,6 +18,9 @@ pub struct LoadDependentFriction {
     pub width: f64,
 }
 
+/// What a ratio of a half would be.
+const HALF_IS_LOST: &str = "a joint that loses half its torque to friction";
+
 impl LoadDependentFriction {
     /// See [`About`].
     pub const ABOUT: About = About {
@@ -28,11 +32,31 @@ impl LoadDependentFriction {
                stretched out.",
         equation: "tau_j = lc_j |tau_rigid_j| sign(dq_j) + lv_j |tau_rigid_j| dq_j",
         parameters: &[
-            ("lc", "1", "Coulomb friction per torque"),
-            ("lv", "s/rad", "viscous friction per torque"),
+            Parameter::new("lc", "1", "Coulomb friction per torque")
+                .at_least(0.0, DRIVES_MOTION)
+                .at_most(0.5, HALF_IS_LOST),
+            Parameter::new("lv", "s/rad", "viscous friction per torque")
+                .at_least(0.0, DRIVES_MOTION)
+                .at_most(0.5, HALF_IS_LOST),
         ],
+        cause: "teeth and bearings that the load presses together",
         confused_with: "coulomb_friction (when the load hardly changes), torque_gain (does not turn with the \
                         motion)",
+        separation: Separation::new(
+            Asks::Loads,
+            "the same speeds in poses with high and with low gravity load, or two payloads",
+        ),
+        example: r#"{"load_dependent_friction": (joints: Only(["2"]))}"#,
+        drawn_against: Variable::Load,
+        at_rest: AtRest::Step,
+        reach: Reach::Joint,
+        stage: Stage::Usual,
+        imitated_by: &[],
+        special: Special {
+            built_from: BuiltFrom::ModelTorque,
+            exports: Exports { c: "from the torque of the rigid links", ..Exports::NOWHERE },
+            ..Special::NONE
+        },
     };
 
     pub(super) fn candidates(robot: &Robot) -> Vec<Box<dyn Effect>> {
@@ -64,16 +88,7 @@ impl Effect for LoadDependentFriction {
         Box::new(self.clone())
     }
 
-    fn needs_torque(&self) -> bool {
-        true
-    }
-
     fn with_width(&self, width: f64) -> Box<dyn Effect> {
         Box::new(Self { width, ..self.clone() })
-    }
-
-    fn implausible(&self, values: &[f64]) -> Option<String> {
-        drives_motion(values)
-            .or_else(|| beyond(values, 0.5, "a joint that loses half its torque to friction"))
     }
 }

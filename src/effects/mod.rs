@@ -4,6 +4,7 @@
 //! unit of the parameter makes at every sample. It takes part in fitting, prediction and reports like any
 //! other. One file each; [`CATALOGUE`] names those that ship.
 
+mod about;
 mod asymmetric_friction;
 mod backlash;
 mod base_tilt;
@@ -39,6 +40,10 @@ mod torque_offset;
 mod torque_ripple;
 mod viscous_friction;
 
+pub use about::{
+    About, Asks, AtRest, Bound, BuiltFrom, Exports, Imitation, OfJoint, Parameter, Reach, Separation,
+    Special, Stage, Variable,
+};
 pub use asymmetric_friction::AsymmetricFriction;
 pub use backlash::Backlash;
 pub use base_tilt::BaseTilt;
@@ -84,23 +89,6 @@ use crate::kernels::{Chain, RegressorBlock, Samples};
 use crate::robot::Robot;
 use crate::signals::{ModelTorque, Run};
 
-/// What an effect says about itself; printed by `lacuna list effects NAME`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct About {
-    /// Name in RON, JSON and on the command line.
-    pub name: &'static str,
-    /// One line for the catalogue.
-    pub title: &'static str,
-    /// What it is and how it shows in data.
-    pub text: &'static str,
-    /// Torque on joint j as a formula.
-    pub equation: &'static str,
-    /// Parameters: symbol, unit, meaning.
-    pub parameters: &'static [(&'static str, &'static str, &'static str)],
-    /// Effects it is easily mistaken for, and why.
-    pub confused_with: &'static str,
-}
-
 /// One linear parameter of an effect.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Term {
@@ -137,8 +125,7 @@ impl Stretch<'_> {
         &self.run.friction_dq(j)[self.range.clone()]
     }
 
-    /// What the model at hand makes of the run, for effects that answer `true` to
-    /// [`Effect::needs_torque`].
+    /// What the model at hand makes of the run, for effects that are [`BuiltFrom`] it.
     ///
     /// # Errors
     /// When nobody has computed it yet.
@@ -218,11 +205,6 @@ pub trait Effect: Debug + Send + Sync {
     /// A copy behind a new box.
     fn boxed(&self) -> Box<dyn Effect>;
 
-    /// What everybody who reads its numbers must know.
-    fn caveat(&self) -> Option<&'static str> {
-        None
-    }
-
     /// The joint it belongs to where that is not the only one whose torque it changes: a gear that twists on one
     /// joint moves all links behind it.
     ///
@@ -230,18 +212,6 @@ pub trait Effect: Debug + Send + Sync {
     /// When the joint does not exist.
     fn belongs_to(&self, _robot: &Robot) -> Result<Option<usize>> {
         Ok(None)
-    }
-
-    /// Whether columns are built from the model's own torque ([`Stretch::model_torque`]); such effects are
-    /// fitted in turns with it until both agree.
-    fn needs_torque(&self) -> bool {
-        false
-    }
-
-    /// Whether it acts on what sensors say instead of on the joint (a gain, a delay). Such effects are not
-    /// part of [`ModelTorque::total`], because they are built from it.
-    fn alters_measurement(&self) -> bool {
-        false
     }
 
     /// Numbers that the columns depend on nonlinearly, with the values they have now.
@@ -267,14 +237,18 @@ pub trait Effect: Debug + Send + Sync {
         self.boxed()
     }
 
-    /// Why these values of the linear parameters cannot be physics, or `None` where they can.
-    fn implausible(&self, _values: &[f64]) -> Option<String> {
-        None
+    /// Why these values of the linear parameters cannot be physics, or `None` where they can: the bounds of
+    /// [`About::parameters`], unless there is more to say.
+    fn implausible(&self, robot: &Robot, values: &[f64]) -> Option<String> {
+        let terms = self.terms(robot).ok()?;
+        self.about().impossible(&terms, &self.shapes(), values).map(str::to_string)
     }
 
-    /// What makes these values suspect although they are possible: they fit something, but probably not this.
-    fn odd(&self, _values: &[f64]) -> Option<String> {
-        None
+    /// What makes these values suspect although they are possible: they fit something, but probably not this. The
+    /// bounds of [`About::parameters`] that are only odd, unless there is more to say.
+    fn odd(&self, robot: &Robot, values: &[f64]) -> Option<String> {
+        let terms = self.terms(robot).ok()?;
+        self.about().suspect(&terms, &self.shapes(), values).map(str::to_string)
     }
 
     /// Why these runs cannot show the effect, whatever the fit says, or `None` where they can.
@@ -287,8 +261,8 @@ pub trait Effect: Debug + Send + Sync {
         None
     }
 
-    /// The effect as a formula with its numbers, where that says more than [`About::equation`].
-    fn written(&self, _robot: &Robot, _values: &[f64]) -> Option<String> {
+    /// The formula that it is, where it is one.
+    fn formula(&self) -> Option<&Formula> {
         None
     }
 
@@ -298,12 +272,6 @@ pub trait Effect: Debug + Send + Sync {
     /// When it does not fit the robot.
     fn one_by_one(&self, _robot: &Robot) -> Result<Vec<Box<dyn Effect>>> {
         Ok(vec![self.boxed()])
-    }
-
-    /// The effect as a script that people can read, change and add, where it has one; `rank` counts those of the
-    /// same joint from 0 and keeps their symbols apart.
-    fn as_script(&self, _robot: &Robot, _values: &[f64], _rank: usize) -> Option<String> {
-        None
     }
 
     /// What people are told: linear parameters and shapes with standard errors, from fitted values and
@@ -356,6 +324,25 @@ pub struct Described {
     pub unit: &'static str,
     /// Standard error that allows for autocorrelation, where known.
     pub standard_error: Option<f64>,
+}
+
+impl dyn Effect + '_ {
+    /// Whether columns are built from the model's own torque ([`Stretch::model_torque`]); such effects are
+    /// fitted in turns with it until both agree.
+    pub fn needs_torque(&self) -> bool {
+        self.about().special.built_from != BuiltFrom::Motion
+    }
+
+    /// Whether it acts on what sensors say instead of on the joint (a gain, a delay). Such effects are not
+    /// part of [`ModelTorque::total`], because they are built from it.
+    pub fn alters_measurement(&self) -> bool {
+        self.about().special.built_from == BuiltFrom::Measurement
+    }
+
+    /// Whether it is the rigid links, whose parameters are reduced to those that show.
+    pub fn is_rigid_body(&self) -> bool {
+        self.about().stage == Stage::InEveryModel
+    }
 }
 
 impl Clone for Box<dyn Effect> {

@@ -1,7 +1,8 @@
 use serde::{Deserialize, Serialize};
 
+use super::about::*;
 use super::parts::{fill_with, sign};
-use super::{About, Columns, Effect, Joints, Stretch, Term};
+use super::{Columns, Effect, Joints, Stretch, Term};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 
@@ -34,9 +35,22 @@ impl NonlinearViscousFriction {
                alike over the speeds of one log (correlation .99 beside a viscous term): which of the two is \
                a matter of taste, that there is curvature is not.",
         equation: "tau_j = f2_j dq_j |dq_j|^(exponent - 1)",
-        parameters: &[("f2", "N m (s/rad)^exponent", "coefficient of the power of speed")],
+        parameters: &[Parameter::new("f2", "N m (s/rad)^exponent", "coefficient of the power of speed")
+            .odd_below(
+                0.0,
+                "friction that bends down with speed: grease that thins, or a wide Stribeck curve",
+            )],
+        cause: "oil that is churned, air, or grease that thins as it is sheared",
         confused_with: "sigmoid_friction (bends at low speed), asymmetric_friction (when the joint moves \
                         mostly one way)",
+        separation: Separation::SPEEDS,
+        example: r#"{"nonlinear_viscous_friction": (joints: Only(["2"]), exponent: 2.0)}"#,
+        drawn_against: Variable::Velocity,
+        at_rest: AtRest::Smooth,
+        reach: Reach::Joint,
+        stage: Stage::Usual,
+        imitated_by: &[],
+        special: Special { exports: Exports { c: "as it is", ..Exports::NOWHERE }, ..Special::NONE },
     };
 
     pub(super) fn candidates(robot: &Robot) -> Vec<Box<dyn Effect>> {
@@ -74,12 +88,5 @@ impl Effect for NonlinearViscousFriction {
 
     fn with_width(&self, width: f64) -> Box<dyn Effect> {
         Box::new(Self { width, ..self.clone() })
-    }
-
-    fn odd(&self, values: &[f64]) -> Option<String> {
-        let bends_down = values.iter().any(|f2| *f2 < 0.0);
-        bends_down.then(|| {
-            "friction that bends down with speed: grease that thins, or a wide Stribeck curve".to_string()
-        })
     }
 }

@@ -77,12 +77,5 @@ pub(super) fn positive(effect: &str, setting: &str, value: f64) -> Result<()> {
     Err(Error::new(format!("`{setting}` of {effect} is {value}")).help("give a positive number"))
 }
 
-/// The reason given for friction with a negative coefficient.
-pub(super) fn drives_motion(values: &[f64]) -> Option<String> {
-    values.iter().any(|f| *f < 0.0).then(|| "friction that drives the motion".to_string())
-}
-
-/// The reason given for values whose size is beyond `limit`.
-pub(super) fn beyond(values: &[f64], limit: f64, what: &str) -> Option<String> {
-    values.iter().any(|x| !(x.abs() <= limit)).then(|| what.to_string())
-}
+/// What friction with a negative coefficient would be.
+pub(super) const DRIVES_MOTION: &str = "friction that drives the motion";

@@ -1,7 +1,8 @@
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
-use super::{About, Columns, Described, Effect, Stretch, Term, find_link};
+use super::about::*;
+use super::{Columns, Described, Effect, Stretch, Term, find_link};
 use crate::error::Result;
 use crate::kernels::RegressorBlock;
 use crate::robot::{PARAMETER_NAMES, PARAMETER_UNITS, PARAMETERS_PER_LINK, Robot};
@@ -34,12 +35,38 @@ impl Payload {
                error of the drive gains passes one to one into the mass.",
         equation: "tau = Y_last(q, dq, ddq) (m, m c, J)",
         parameters: &[
-            ("mass", "kg", "mass"),
-            ("com_x, com_y, com_z", "m", "centre of mass in the link's frame"),
-            ("Jxx .. Jzz", "kg m^2", "inertia about the link-frame origin"),
+            Parameter::new("mass", "kg", "mass").at_least(
+                f64::MIN_POSITIVE,
+                "a negative mass; if it was taken away, exchange data and reference",
+            ),
+            Parameter::new("com_x, com_y, com_z", "m", "centre of mass in the link's frame")
+                .within(2.0, "a centre of mass more than 2 m away from the link"),
+            Parameter::new("Jxx .. Jzz", "kg m^2", "inertia about the link-frame origin"),
         ],
+        cause: "a tool, a workpiece or a cable that was picked up between two logs",
         confused_with: "rigid_body of the last link (in one log: the same), torque_gain of several joints, \
                         contact_force (for part of a log)",
+        separation: Separation::OTHER,
+        example: r#"{"payload": ()}"#,
+        drawn_against: Variable::Load,
+        at_rest: AtRest::Smooth,
+        reach: Reach::Robot,
+        stage: Stage::Usual,
+        imitated_by: &[],
+        special: Special {
+            caveat: Some(
+                "an error of the drives' gain passes straight into the mass: 1 % of gain too much is 1 % of mass too much",
+            ),
+            exports: Exports {
+                mujoco: "a body",
+                isaaclab: "a body",
+                gazebo: "a link",
+                drake: "a link",
+                c: "inverse dynamics",
+                ..Exports::NOWHERE
+            },
+            ..Special::NONE
+        },
     };
 
     pub(super) fn candidates(_robot: &Robot) -> Vec<Box<dyn Effect>> {
@@ -86,19 +113,12 @@ impl Effect for Payload {
         Box::new(self.clone())
     }
 
-    fn implausible(&self, values: &[f64]) -> Option<String> {
+    /// Of mass and centre of mass, which people are told; what is fitted are first moments.
+    fn implausible(&self, _robot: &Robot, values: &[f64]) -> Option<String> {
+        let [mass, com, ..] = Self::ABOUT.parameters else { return None };
         let m = *values.first()?;
-        if !(m > 0.0) {
-            return Some("a negative mass; if it was taken away, exchange data and reference".to_string());
-        }
-        let far = values[1..4].iter().any(|first| (first / m).abs() > 2.0);
-        far.then(|| "a centre of mass more than 2 m away from the link".to_string())
-    }
-
-    fn caveat(&self) -> Option<&'static str> {
-        Some(
-            "an error of the drives' gain passes straight into the mass: 1 % of gain too much is 1 % of mass too much",
-        )
+        let broken = mass.broken(m).or_else(|| values[1..4].iter().find_map(|first| com.broken(first / m)));
+        broken.map(|bound| bound.beyond.to_string())
     }
 
     /// Mass and centre of mass, the latter with errors by the delta method, then the inertia.

@@ -1,9 +1,10 @@
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
+use super::about::*;
 use super::parts::{fill_with, positive, scale_with, sign};
 use super::torque_ripple::describe_waves;
-use super::{About, Columns, Described, Effect, Joints, Shape, Stretch, Term};
+use super::{Columns, Described, Effect, Joints, Own, Shape, Stretch, Term};
 use crate::error::Result;
 use crate::robot::Robot;
 
@@ -30,11 +31,24 @@ impl PositionDependentFriction {
                places. The residual is a wave over position that turns over with the direction of motion.",
         equation: "tau_j = sign(dq_j) (ps_j sin(k q_j) + pc_j cos(k q_j))",
         parameters: &[
-            ("ps, pc", "N m", "amplitudes of sine and cosine; told as amplitude and phase"),
-            ("k", "1/rad", "waves per turn"),
+            Parameter::new("ps, pc", "N m", "amplitudes of sine and cosine; told as amplitude and phase"),
+            Parameter::new("k", "1/rad", "waves per turn"),
         ],
+        cause: "an eccentric bearing, a bent shaft, a cable that is dragged along",
         confused_with: "torque_ripple (does not turn over with the direction), load_dependent_friction \
                         (gravity load is a wave over position too, with k = 1)",
+        separation: Separation::TWICE,
+        example: r#"{"position_dependent_friction": (joints: Only(["2"]), k: 1.0)}"#,
+        drawn_against: Variable::Position,
+        at_rest: AtRest::ChangingStep,
+        reach: Reach::Joint,
+        stage: Stage::Usual,
+        imitated_by: &[],
+        special: Special {
+            wave: Some(Own::Sign),
+            exports: Exports { c: "as it is", ..Exports::NOWHERE },
+            ..Special::NONE
+        },
     };
 
     pub(super) fn candidates(robot: &Robot) -> Vec<Box<dyn Effect>> {

@@ -1,7 +1,8 @@
 use serde::{Deserialize, Serialize};
 
-use super::parts::{drives_motion, positive, sign};
-use super::{About, Columns, Effect, Joints, Shape, Stretch, Term};
+use super::about::*;
+use super::parts::{DRIVES_MOTION, positive, sign};
+use super::{Columns, Effect, Joints, Shape, Stretch, StribeckFriction, Term};
 use crate::error::Result;
 use crate::robot::Robot;
 
@@ -22,6 +23,13 @@ pub struct PreslidingHysteresis {
 /// Bristles stiffer than this say no more than that the friction turns round at once [1/rad]; measured arms have 300 to
 /// 1100.
 const STIFFEST: f64 = 1400.0;
+const A_SIGN: &str = "that is a sign, or stiction";
+
+/// What else turns round near rest depends on the speed there, not on the way.
+const BESIDE_STRIBECK: &[(&str, &str)] = &[(
+    StribeckFriction::ABOUT.name,
+    "small reversals of 5 to 50 mrad, each position approached from both sides",
+)];
 
 /// Factors e^-40 of an old state are forgotten.
 const FORGOTTEN: f64 = 40.0;
@@ -38,11 +46,24 @@ impl PreslidingHysteresis {
                level that behaves so; the effect is the difference to the sign that Coulomb friction uses.",
         equation: "tau_j = fh_j (z - sign(dq_j)), dz/dq = s (1 - z sign(dq))",
         parameters: &[
-            ("fh", "N m", "Coulomb friction that is hysteretic"),
-            ("s", "1/rad", "reciprocal of the way over which it turns round"),
+            Parameter::new("fh", "N m", "Coulomb friction that is hysteretic").at_least(0.0, DRIVES_MOTION),
+            Parameter::new("s", "1/rad", "reciprocal of the way over which it turns round")
+                .at_most(STIFFEST, A_SIGN),
         ],
+        cause: "bristles of the surfaces, seals, and the teeth of a strain-wave gear, which bend before they slide",
         confused_with: "stribeck_friction and the smoothing of the sign (depend on speed: slow reversals \
                         separate them), backlash (acts where the load changes sign, not the motion)",
+        separation: Separation { beside: BESIDE_STRIBECK, ..Separation::OTHER },
+        example: r#"{"presliding_hysteresis": (joints: Only(["2"]), s: 150.0)}"#,
+        drawn_against: Variable::Velocity,
+        at_rest: AtRest::Step,
+        reach: Reach::Joint,
+        stage: Stage::Usual,
+        imitated_by: &[],
+        special: Special {
+            exports: Exports { c: "with a state of its own", ..Exports::NOWHERE },
+            ..Special::NONE
+        },
     };
 
     pub(super) fn candidates(robot: &Robot) -> Vec<Box<dyn Effect>> {
@@ -141,12 +162,9 @@ impl Effect for PreslidingHysteresis {
         Box::new(Self { width, ..self.clone() })
     }
 
-    fn implausible(&self, values: &[f64]) -> Option<String> {
-        let at_once = || {
-            let way = 1e3 / self.s;
-            (self.s > STIFFEST)
-                .then(|| format!("it turns round within {way:.2} mrad: that is a sign, or stiction"))
-        };
-        drives_motion(values).or_else(at_once)
+    fn implausible(&self, robot: &Robot, values: &[f64]) -> Option<String> {
+        let beyond = Self::ABOUT.impossible(&self.terms(robot).ok()?, &self.shapes(), values)?;
+        let at_once = format!("it turns round within {:.2} mrad: {beyond}", 1e3 / self.s);
+        Some(if beyond == A_SIGN { at_once } else { beyond.to_string() })
     }
 }

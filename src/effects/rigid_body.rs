@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
-use super::{About, Columns, Effect, Stretch, Term};
+use super::about::*;
+use super::{Columns, Effect, Stretch, Term};
 use crate::error::Result;
 use crate::kernels::RegressorBlock;
 use crate::robot::{PARAMETER_NAMES, PARAMETER_UNITS, PARAMETERS_PER_LINK, Robot};
@@ -19,11 +20,34 @@ impl RigidBody {
                joint torque; those base parameters are found by rank analysis and are what gets identified.",
         equation: "tau = M(q) ddq + c(q, dq) + g(q)",
         parameters: &[
-            ("m", "kg", "mass"),
-            ("mx, my, mz", "kg m", "mass times centre of mass, link frame"),
-            ("Jxx, Jxy, Jxz, Jyy, Jyz, Jzz", "kg m^2", "inertia tensor about the link-frame origin"),
+            Parameter::new("m", "kg", "mass"),
+            Parameter::new("mx, my, mz", "kg m", "mass times centre of mass, link frame"),
+            Parameter::new(
+                "Jxx, Jxy, Jxz, Jyy, Jyz, Jzz",
+                "kg m^2",
+                "inertia tensor about the link-frame origin",
+            ),
         ],
+        cause: "every link has mass",
         confused_with: "payload (adds to the last link), base_tilt (turns gravity), rotor_inertia (adds to M)",
+        separation: Separation::OTHER,
+        example: r#"{"rigid_body": ()}"#,
+        drawn_against: Variable::Acceleration,
+        at_rest: AtRest::Smooth,
+        reach: Reach::Robot,
+        stage: Stage::InEveryModel,
+        imitated_by: &[],
+        special: Special {
+            exports: Exports {
+                mujoco: "the body's inertial",
+                isaaclab: "mass properties of the link",
+                gazebo: "the link's inertial",
+                drake: "the link's inertial",
+                c: "inverse dynamics",
+                ..Exports::NOWHERE
+            },
+            ..Special::NONE
+        },
     };
 }
 

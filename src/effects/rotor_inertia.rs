@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
-use super::{About, Columns, Effect, Joints, Stretch, Term};
+use super::about::*;
+use super::{Columns, Effect, Joints, Stretch, Term};
 use crate::error::Result;
 use crate::robot::Robot;
 
@@ -21,9 +22,28 @@ impl RotorInertia {
                inertia, and moves no link. The residual follows the joint's own acceleration. Torque sensors \
                behind the gear do not see it. On the first joint it cannot be told from the inertia of link 1.",
         equation: "tau_j = Ia_j ddq_j",
-        parameters: &[("Ia", "kg m^2", "rotor inertia times gear ratio squared")],
+        parameters: &[Parameter::new("Ia", "kg m^2", "rotor inertia times gear ratio squared")
+            .at_least(0.0, "a negative inertia")],
+        cause: "a motor that spins many times faster than its joint",
         confused_with: "rigid_body (the inertia of the last links about their own axes), noise of the \
                         acceleration (lower position_cutoff_hz and see whether it stays), time_delay",
+        separation: Separation::OTHER,
+        example: r#"{"rotor_inertia": (joints: All)}"#,
+        drawn_against: Variable::Acceleration,
+        at_rest: AtRest::Smooth,
+        reach: Reach::Joint,
+        stage: Stage::Usual,
+        imitated_by: &[Imitation::AccelerationNoise],
+        special: Special {
+            exports: Exports {
+                mujoco: "armature of the joint",
+                isaaclab: "armature of the joint",
+                drake: "reflected inertia of the actuator",
+                c: "as it is",
+                ..Exports::NOWHERE
+            },
+            ..Special::NONE
+        },
     };
 
     pub(super) fn candidates(robot: &Robot) -> Vec<Box<dyn Effect>> {
@@ -47,9 +67,5 @@ impl Effect for RotorInertia {
 
     fn boxed(&self) -> Box<dyn Effect> {
         Box::new(self.clone())
-    }
-
-    fn implausible(&self, values: &[f64]) -> Option<String> {
-        values.iter().any(|inertia| *inertia < 0.0).then(|| "a negative inertia".to_string())
     }
 }

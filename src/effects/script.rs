@@ -4,8 +4,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
+use super::about::*;
 use super::script_columns::{Lowered, Traces};
-use super::{About, Columns, Effect, Joints, Shape, Stretch, Term};
+use super::{Columns, Effect, Joints, Shape, Stretch, Term};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 use crate::script::{EffectParameter, EffectScript, Limits, Script, Settings};
@@ -66,8 +67,21 @@ impl ScriptedEffect {
                `effects/` are examples to start from; `lacuna check FILE --robot R --data A.csv` explains a script \
                and tries it on a log.",
         equation: "tau_j = sum of parameters times the columns that the script states",
-        parameters: &[("any", "as it says", "what `fn about()` of the script names, with units and limits")],
+        parameters: &[Parameter::new(
+            "any",
+            "as it says",
+            "what `fn about()` of the script names, with units and limits",
+        )],
+        cause: "whatever its author knows of",
         confused_with: "whatever its author says",
+        separation: Separation::OTHER,
+        example: r#"{"script": (path: "effects/quadratic_friction.rhai")}"#,
+        drawn_against: Variable::Velocity,
+        at_rest: AtRest::Smooth,
+        reach: Reach::Joint,
+        stage: Stage::Given,
+        imitated_by: &[],
+        special: Special::NONE,
     };
 
     /// The effect of a script file on these joints.
@@ -260,10 +274,6 @@ impl Effect for ScriptedEffect {
         Ok(self.joints(robot)?.into_iter().map(of).collect())
     }
 
-    fn needs_torque(&self) -> bool {
-        self.loaded.as_ref().is_some_and(|script| script.needs_torque())
-    }
-
     fn shapes(&self) -> Vec<Shape> {
         let Some(script) = &self.loaded else { return Vec::new() };
         let values = self.shape_values(script).into_iter();
@@ -287,7 +297,7 @@ impl Effect for ScriptedEffect {
         Box::new(other)
     }
 
-    fn implausible(&self, values: &[f64]) -> Option<String> {
+    fn implausible(&self, _robot: &Robot, values: &[f64]) -> Option<String> {
         let parameters = &self.loaded.as_ref()?.about().parameters;
         let shared = parameters.iter().filter(|p| p.common).count();
         let joints = values.len().saturating_sub(shared) / (parameters.len() - shared).max(1);
@@ -320,30 +330,31 @@ fn told(path: &Path, script: &EffectScript) -> About {
     let name = path.file_name().map_or("script".into(), |name| name.to_string_lossy());
     let parameters = about.parameters.iter().map(|p| (&p.symbol, &p.unit, &p.meaning));
     let shapes = about.shapes.iter().map(|s| (&s.symbol, &s.unit, &s.meaning));
+    let built_from = if script.needs_torque() { BuiltFrom::ModelTorque } else { BuiltFrom::Motion };
     About {
         name: lasting(&name),
         title: lasting(&about.title),
         text: lasting(&about.text),
         equation: lasting(&about.equation),
         parameters: lasting_list(
-            parameters.chain(shapes).map(|(s, u, m)| (lasting(s), lasting(u), lasting(m))),
+            parameters.chain(shapes).map(|(s, u, m)| Parameter::new(lasting(s), lasting(u), lasting(m))),
         ),
         confused_with: lasting(&about.confused_with),
+        special: Special { built_from, ..Special::NONE },
+        ..ScriptedEffect::ABOUT
     }
 }
 
-type Words = (&'static str, &'static str, &'static str);
-
-/// Lists of words last as long as the program; each different one is kept once.
-fn lasting_list(words: impl Iterator<Item = Words>) -> &'static [Words] {
-    static KEPT: Mutex<BTreeSet<&'static [Words]>> = Mutex::new(BTreeSet::new());
-    let words: Vec<Words> = words.collect();
+/// Lists of parameters last as long as the program; each different one is kept once.
+fn lasting_list(parameters: impl Iterator<Item = Parameter>) -> &'static [Parameter] {
+    static KEPT: Mutex<Vec<&'static [Parameter]>> = Mutex::new(Vec::new());
+    let parameters: Vec<Parameter> = parameters.collect();
     let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(known) = kept.get(words.as_slice()) {
+    if let Some(known) = kept.iter().find(|known| **known == parameters.as_slice()) {
         return known;
     }
-    let new: &'static [Words] = Box::leak(words.into_boxed_slice());
-    kept.insert(new);
+    let new: &'static [Parameter] = Box::leak(parameters.into_boxed_slice());
+    kept.push(new);
     new
 }
 

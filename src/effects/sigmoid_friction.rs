@@ -1,7 +1,8 @@
 use serde::{Deserialize, Serialize};
 
-use super::parts::drives_motion;
-use super::{About, Columns, Effect, Joints, Shape, Stretch, Term};
+use super::about::*;
+use super::parts::DRIVES_MOTION;
+use super::{Columns, Effect, Joints, Shape, Stretch, Term};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 
@@ -61,11 +62,21 @@ impl SigmoidFriction {
                steepness depends on how strongly torque and velocity were filtered. It has no free offset.",
         equation: "tau_j = phi1/(1 + exp(-phi2 (dq_j + phi3))) - phi1/(1 + exp(-phi2 phi3))",
         parameters: &[
-            ("phi1", "N m", "amplitude, from far negative to far positive speed"),
-            ("phi2", "s/rad", "steepness"),
-            ("phi3", "rad/s", "velocity shift"),
+            Parameter::new("phi1", "N m", "amplitude, from far negative to far positive speed")
+                .at_least(0.0, DRIVES_MOTION),
+            Parameter::new("phi2", "s/rad", "steepness"),
+            Parameter::new("phi3", "rad/s", "velocity shift"),
         ],
+        cause: "surfaces that slide with lubricant between them, seen through a filter",
         confused_with: "coulomb_friction (large phi2), viscous_friction (small phi2), torque_offset (phi3)",
+        separation: Separation::SPEEDS,
+        example: r#"{"sigmoid_friction": (joints: Only(["2"]), phi2: [10.0], phi3: [0.0])}"#,
+        drawn_against: Variable::Velocity,
+        at_rest: AtRest::Smooth,
+        reach: Reach::Joint,
+        stage: Stage::Usual,
+        imitated_by: &[],
+        special: Special { exports: Exports { c: "as it is", ..Exports::NOWHERE }, ..Special::NONE },
     };
 
     /// What a diagnosis tries: every joint for itself.
@@ -150,9 +161,5 @@ impl Effect for SigmoidFriction {
             (other.phi2, other.phi3) = (vec![*phi2], vec![*phi3]);
         }
         Box::new(other)
-    }
-
-    fn implausible(&self, values: &[f64]) -> Option<String> {
-        drives_motion(values)
     }
 }

@@ -1,7 +1,8 @@
 use serde::{Deserialize, Serialize};
 
+use super::about::*;
 use super::parts::{fill_with, positive, sign};
-use super::{About, Columns, Effect, Joints, Shape, Stretch, Term};
+use super::{Columns, Effect, Joints, Shape, Stretch, Term};
 use crate::error::Result;
 use crate::robot::Robot;
 use crate::signals::Run;
@@ -31,11 +32,24 @@ impl StribeckFriction {
                vs below twice the width of the sign is not believed.",
         equation: "tau_j = fs_j sign(dq_j) exp(-(dq_j / vs)^2)",
         parameters: &[
-            ("fs", "N m", "friction at breakaway above the Coulomb level"),
-            ("vs", "rad/s", "speed over which it fades"),
+            Parameter::new("fs", "N m", "friction at breakaway above the Coulomb level")
+                .at_least(f64::MIN_POSITIVE, "friction that falls towards rest is not Stribeck's"),
+            Parameter::new("vs", "rad/s", "speed over which it fades"),
         ],
+        cause: "surfaces that touch until speed has built up a film of lubricant",
         confused_with: "coulomb_friction (when all motion is slow), presliding_hysteresis (depends on the \
                         way since the last reversal, not on speed), sigmoid_friction",
+        separation: Separation::new(
+            Asks::SlowReversals,
+            "a wider range of speeds, with slow reversals well below the Stribeck speed",
+        ),
+        example: r#"{"stribeck_friction": (joints: Only(["2"]), vs: 0.12)}"#,
+        drawn_against: Variable::Velocity,
+        at_rest: AtRest::Step,
+        reach: Reach::Joint,
+        stage: Stage::Usual,
+        imitated_by: &[],
+        special: Special { exports: Exports { c: "as it is", ..Exports::NOWHERE }, ..Special::NONE },
     };
 
     pub(super) fn candidates(robot: &Robot) -> Vec<Box<dyn Effect>> {
@@ -87,16 +101,16 @@ impl Effect for StribeckFriction {
         Box::new(Self { width, ..self.clone() })
     }
 
-    fn implausible(&self, values: &[f64]) -> Option<String> {
-        if values.iter().any(|fs| !(*fs > 0.0)) {
-            return Some("friction that falls towards rest is not Stribeck's".to_string());
-        }
-        (self.vs < 2.0 * self.width).then(|| {
+    fn implausible(&self, robot: &Robot, values: &[f64]) -> Option<String> {
+        let within_the_sign = || {
             format!(
                 "vs = {:.3} rad/s is within the smoothing of the sign (width {:.3} rad/s)",
                 self.vs, self.width
             )
-        })
+        };
+        let narrow = self.vs < 2.0 * self.width;
+        let bound = Self::ABOUT.impossible(&self.terms(robot).ok()?, &self.shapes(), values);
+        bound.map(str::to_string).or_else(|| narrow.then(within_the_sign))
     }
 
     fn undecidable(&self, robot: &Robot, runs: &[Run]) -> Option<String> {

@@ -1,7 +1,8 @@
 use serde::{Deserialize, Serialize};
 
+use super::about::*;
 use super::parts::{FrictionPart, positive, scale_with};
-use super::{About, Columns, Effect, Joints, Shape, Stretch, Term};
+use super::{Columns, Effect, Joints, Shape, Stretch, Term};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 use crate::signals::Run;
@@ -60,12 +61,29 @@ impl ThermalFriction {
                extra friction at the start.",
         equation: "tau_j = (tv_j dq_j + tc_j sign(dq_j)) (T_j - reference), or exp(-t / time_s) for the bracket",
         parameters: &[
-            ("tv", "N m s/(rad K) or N m s/rad", "change of viscous friction per kelvin, or at the start"),
-            ("tc", "N m/K or N m", "change of Coulomb friction per kelvin, or at the start"),
-            ("time_s", "s", "time over which the joint warms up, where there is no temperature"),
+            Parameter::new(
+                "tv",
+                "N m s/(rad K) or N m s/rad",
+                "change of viscous friction per kelvin, or at the start",
+            ),
+            Parameter::new("tc", "N m/K or N m", "change of Coulomb friction per kelvin, or at the start"),
+            Parameter::new(
+                "time_s",
+                "s",
+                "time over which the joint warms up, where there is no temperature",
+            ),
         ],
+        cause: "lubricant that thins as the joint warms up",
         confused_with: "friction_drift (follows time, not temperature), viscous_friction (when the \
                         temperature hardly changes)",
+        separation: Separation::LONG,
+        example: r#"{"thermal_friction": (joints: Only(["2"]), warmth: Elapsed(time_s: 20.0))}"#,
+        drawn_against: Variable::Time,
+        at_rest: AtRest::ChangingStep,
+        reach: Reach::Joint,
+        stage: Stage::Usual,
+        imitated_by: &[],
+        special: Special::NONE,
     };
 
     /// By temperature, and by time, for every joint.

@@ -1,8 +1,8 @@
 use serde::{Deserialize, Serialize};
 
+use super::about::*;
 use super::derivative::time_derivatives;
-use super::parts::beyond;
-use super::{About, Columns, Effect, Joints, Stretch, Term};
+use super::{Columns, Effect, Joints, Stretch, Term};
 use crate::error::Result;
 use crate::robot::Robot;
 
@@ -24,8 +24,22 @@ impl TimeDelay {
                this, and belongs repaired, not modelled. To first order in the delay, so good for delays \
                well below the time in which torque changes.",
         equation: "tau_j measured(t) = tau_j(t - delay), that is tau_j - delay dtau_j/dt",
-        parameters: &[("delay", "s", "how much later torque is logged; negative where it comes early")],
+        parameters: &[Parameter::new(
+            "delay",
+            "s",
+            "how much later torque is logged; negative where it comes early",
+        )
+        .within(0.05, "a delay of more than 50 ms")],
+        cause: "a causal filter, a bus or a driver on one side of the log",
         confused_with: "joint_elasticity and rotor_inertia (follow the acceleration), a causal filter",
+        separation: Separation::new(Asks::Fast, "a faster motion of that joint alone"),
+        example: r#"{"time_delay": ()}"#,
+        drawn_against: Variable::Velocity,
+        at_rest: AtRest::Smooth,
+        reach: Reach::JointOrAll,
+        stage: Stage::Usual,
+        imitated_by: &[Imitation::AccelerationNoise, Imitation::Clock],
+        special: Special { built_from: BuiltFrom::Measurement, ..Special::NONE },
     };
 
     /// All joints together, and each alone.
@@ -64,17 +78,5 @@ impl Effect for TimeDelay {
 
     fn boxed(&self) -> Box<dyn Effect> {
         Box::new(self.clone())
-    }
-
-    fn needs_torque(&self) -> bool {
-        true
-    }
-
-    fn alters_measurement(&self) -> bool {
-        true
-    }
-
-    fn implausible(&self, values: &[f64]) -> Option<String> {
-        beyond(values, 0.05, "a delay of more than 50 ms")
     }
 }

@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
-use super::{About, Columns, Effect, Joints, Stretch, Term};
+use super::about::*;
+use super::{Columns, Effect, Joints, Stretch, Term};
 use crate::error::Result;
 use crate::robot::Robot;
 
@@ -20,8 +21,17 @@ impl TorqueDrift {
         text: "Strain gauges and current sensors drift as they warm. The residual is a straight line over \
                time, whatever the robot does. Time counts from the start of each log.",
         equation: "tau_j = fd_j t",
-        parameters: &[("fd", "N m/s", "growth per second")],
+        parameters: &[Parameter::new("fd", "N m/s", "growth per second")],
+        cause: "strain gauges or current sensors that warm up",
         confused_with: "torque_offset (in a short log), friction_drift (turns over with the direction)",
+        separation: Separation::LONG,
+        example: r#"{"torque_drift": (joints: Only(["2"]))}"#,
+        drawn_against: Variable::Time,
+        at_rest: AtRest::Smooth,
+        reach: Reach::Joint,
+        stage: Stage::Usual,
+        imitated_by: &[Imitation::CourseOfTime],
+        special: Special::NONE,
     };
 
     pub(super) fn candidates(robot: &Robot) -> Vec<Box<dyn Effect>> {

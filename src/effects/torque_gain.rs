@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
-use super::parts::beyond;
-use super::{About, Columns, Effect, Joints, Stretch, Term};
+use super::about::*;
+use super::{Columns, Effect, Joints, Stretch, Term};
 use crate::error::Result;
 use crate::robot::Robot;
 
@@ -22,9 +22,22 @@ impl TorqueGain {
                torque. It only shows because the joints share links: were all joints wrong by the same \
                factor, every mass would be, and nothing would show.",
         equation: "tau_j measured = (1 + gain_j) tau_j",
-        parameters: &[("gain", "1", "how much too large the measurement is")],
+        parameters: &[Parameter::new("gain", "1", "how much too large the measurement is")
+            .within(0.3, "a torque scale that is off by more than 30 %")],
+        cause: "a torque constant or a scale of a sensor that is wrong, or magnets that are warm",
         confused_with: "load_dependent_friction (also grows with the load but turns with the motion), payload \
                         and rigid_body (a heavier link acts on several joints)",
+        separation: Separation::new(
+            Asks::KnownLoad,
+            "the same motion with and without a known payload, or poses with only one joint loaded",
+        ),
+        example: r#"{"torque_gain": (joints: Only(["2"]))}"#,
+        drawn_against: Variable::Load,
+        at_rest: AtRest::Smooth,
+        reach: Reach::Joint,
+        stage: Stage::Usual,
+        imitated_by: &[],
+        special: Special { built_from: BuiltFrom::Measurement, ..Special::NONE },
     };
 }
 
@@ -47,17 +60,5 @@ impl Effect for TorqueGain {
 
     fn boxed(&self) -> Box<dyn Effect> {
         Box::new(self.clone())
-    }
-
-    fn needs_torque(&self) -> bool {
-        true
-    }
-
-    fn alters_measurement(&self) -> bool {
-        true
-    }
-
-    fn implausible(&self, values: &[f64]) -> Option<String> {
-        beyond(values, 0.3, "a torque scale that is off by more than 30 %")
     }
 }

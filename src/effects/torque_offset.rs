@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
-use super::{About, Columns, Effect, Joints, Stretch, Term};
+use super::about::*;
+use super::{Columns, Effect, Joints, Stretch, Term};
 use crate::error::Result;
 use crate::robot::Robot;
 
@@ -19,9 +20,23 @@ impl TorqueOffset {
         title: "constant torque on a joint",
         text: "A constant: zero error of the torque sensor, or the difference between Coulomb friction in the two directions.",
         equation: "tau_j = fo_j",
-        parameters: &[("fo", "N m", "offset")],
+        parameters: &[Parameter::new("fo", "N m", "offset")],
+        cause: "a torque or current sensor whose zero is off",
         confused_with: "asymmetric_friction (the same thing when the joint moves both ways at equal speeds), joint_zero_error",
+        separation: Separation::OTHER,
+        example: r#"{"torque_offset": (joints: All)}"#,
+        drawn_against: Variable::Time,
+        at_rest: AtRest::Smooth,
+        reach: Reach::Joint,
+        stage: Stage::First,
+        imitated_by: &[],
+        special: Special { exports: Exports { c: "as it is", ..Exports::NOWHERE }, ..Special::NONE },
     };
+
+    /// What a diagnosis tries: every joint for itself.
+    pub(super) fn candidates(robot: &Robot) -> Vec<Box<dyn Effect>> {
+        super::per_joint(robot, |joints| Self { joints })
+    }
 }
 
 #[typetag::serde(name = "torque_offset")]

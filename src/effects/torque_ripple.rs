@@ -1,8 +1,9 @@
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
+use super::about::*;
 use super::parts::{fill_with, positive};
-use super::{About, Columns, Described, Effect, Joints, Shape, Stretch, Term};
+use super::{Columns, Described, Effect, Joints, Own, Shape, Stretch, Term};
 use crate::error::Result;
 use crate::robot::Robot;
 
@@ -27,11 +28,25 @@ impl TorqueRipple {
                can be told from each other when their numbers per turn differ by 2 pi over that way.",
         equation: "tau_j = rs_j sin(k q_j) + rc_j cos(k q_j)",
         parameters: &[
-            ("rs, rc", "N m", "amplitudes of sine and cosine; told as amplitude and phase"),
-            ("k", "1/rad", "waves per turn"),
+            Parameter::new("rs, rc", "N m", "amplitudes of sine and cosine; told as amplitude and phase"),
+            Parameter::new("k", "1/rad", "waves per turn")
+                .odd_below(2.0, "a wave this long may stand for gravity or a spring"),
         ],
+        cause: "cogging of the motor, teeth of the gear, a sensor ring that is eccentric",
         confused_with: "gravity torque (k = 1), joint_spring (a wave much longer than the way), \
                         position_dependent_friction (turns over with the direction)",
+        separation: Separation::TWICE,
+        example: r#"{"torque_ripple": (joints: Only(["2"]), k: 12.0)}"#,
+        drawn_against: Variable::Position,
+        at_rest: AtRest::Smooth,
+        reach: Reach::Joint,
+        stage: Stage::Usual,
+        imitated_by: &[],
+        special: Special {
+            wave: Some(Own::One),
+            exports: Exports { c: "as it is", ..Exports::NOWHERE },
+            ..Special::NONE
+        },
     };
 
     pub(super) fn candidates(robot: &Robot) -> Vec<Box<dyn Effect>> {
@@ -68,10 +83,6 @@ impl Effect for TorqueRipple {
 
     fn with_shapes(&self, values: &[f64]) -> Box<dyn Effect> {
         Box::new(Self { k: values.first().copied().unwrap_or(self.k), ..self.clone() })
-    }
-
-    fn odd(&self, _values: &[f64]) -> Option<String> {
-        (self.k < 2.0).then(|| "a wave this long may stand for gravity or a spring".to_string())
     }
 
     fn describe(&self, robot: &Robot, values: &[f64], covariance: &DMatrix<f64>) -> Result<Vec<Described>> {

@@ -1,7 +1,8 @@
 use serde::{Deserialize, Serialize};
 
-use super::parts::drives_motion;
-use super::{About, Columns, Effect, Joints, Stretch, Term};
+use super::about::*;
+use super::parts::DRIVES_MOTION;
+use super::{Columns, Effect, Joints, Stretch, Term};
 use crate::error::Result;
 use crate::robot::Robot;
 
@@ -20,9 +21,34 @@ impl ViscousFriction {
         title: "friction proportional to speed",
         text: "Grows with speed: lubricant and back-EMF. In the residual it is a straight line through the origin over the joint velocity.",
         equation: "tau_j = fv_j dq_j",
-        parameters: &[("fv", "N m s/rad", "viscous coefficient")],
+        parameters: &[Parameter::new("fv", "N m s/rad", "viscous coefficient").at_least(0.0, DRIVES_MOTION)],
+        cause: "lubricant that is sheared in gears and bearings; the back-EMF of the motor",
         confused_with: "a sigmoid with a small steepness on slow joints; motor back-EMF",
+        separation: Separation::SPEEDS,
+        example: r#"{"viscous_friction": (joints: All)}"#,
+        drawn_against: Variable::Velocity,
+        at_rest: AtRest::Smooth,
+        reach: Reach::Joint,
+        stage: Stage::First,
+        imitated_by: &[],
+        special: Special {
+            exports: Exports {
+                mujoco: "damping of the joint",
+                isaaclab: "viscous friction of the joint",
+                gazebo: "damping of the joint",
+                drake: "damping of the joint",
+                c: "as it is",
+                joint: Some(OfJoint::Damping),
+                ..Exports::NOWHERE
+            },
+            ..Special::NONE
+        },
     };
+
+    /// What a diagnosis tries: every joint for itself.
+    pub(super) fn candidates(robot: &Robot) -> Vec<Box<dyn Effect>> {
+        super::per_joint(robot, |joints| Self { joints })
+    }
 }
 
 #[typetag::serde(name = "viscous_friction")]
@@ -44,9 +70,5 @@ impl Effect for ViscousFriction {
 
     fn boxed(&self) -> Box<dyn Effect> {
         Box::new(self.clone())
-    }
-
-    fn implausible(&self, values: &[f64]) -> Option<String> {
-        drives_motion(values)
     }
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::effects::OfJoint;
 use crate::error::{Error, Result};
 use crate::identify::parameter_name;
 use crate::model_file::ModelFile;
@@ -32,6 +33,16 @@ pub struct Friction {
     pub viscous: Option<f64>,
     /// Coulomb torque [N m, N].
     pub coulomb: Option<f64>,
+}
+
+impl Friction {
+    /// The number that an effect says its parameter is.
+    fn of(&mut self, which: OfJoint) -> &mut Option<f64> {
+        match which {
+            OfJoint::Damping => &mut self.viscous,
+            OfJoint::Friction => &mut self.coulomb,
+        }
+    }
 }
 
 /// A link as other tools want it.
@@ -74,8 +85,7 @@ impl Parameters {
     pub fn read(file: &ModelFile, robot: &Robot) -> Result<Self> {
         // Refuses parameters that are unknown, stand twice or are not numbers.
         file.on(robot)?;
-        let has = |name: &str| file.effects.iter().any(|e| e.about().name == name);
-        if !has("rigid_body") {
+        if !file.effects.iter().any(|e| e.is_rigid_body()) {
             return Err(Error::new("the model has no rigid_body, so it has no link parameters"));
         }
         let value = |symbol: String| file.parameters.iter().find(|p| p.symbol == symbol).map(|p| p.value);
@@ -88,18 +98,20 @@ impl Parameters {
             }))
         };
         let links = (0..robot.links.len()).map(&mut link).collect();
-        let friction = |joint: usize| Friction {
-            viscous: has("viscous_friction").then(|| value(format!("fv{}", joint + 1))).flatten(),
-            coulomb: has("coulomb_friction").then(|| value(format!("fc{}", joint + 1))).flatten(),
-        };
-        let known = ["rigid_body", "viscous_friction", "coulomb_friction"];
-        let names = file.effects.iter().map(|e| e.about().name);
-        Ok(Self {
-            links,
-            friction: (0..robot.dof()).map(friction).collect(),
-            left_out: names.filter(|name| !known.contains(name)).collect(),
-            listed,
-        })
+        let mut friction = vec![Friction::default(); robot.dof()];
+        let mut left_out = Vec::new();
+        for effect in file.effects.iter().filter(|e| !e.is_rigid_body()) {
+            let Some(of_joint) = effect.about().special.exports.joint else {
+                left_out.push(effect.about().name);
+                continue;
+            };
+            for term in effect.terms(robot)? {
+                for joint in term.joints {
+                    *friction[joint].of(of_joint) = value(term.symbol.clone());
+                }
+            }
+        }
+        Ok(Self { links, friction, left_out, listed })
     }
 
     /// What no body can have: one sentence per link that is not physical; empty when all are.

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use crate::effects::Effect;
+use crate::effects::{Effect, RigidBody};
 use crate::error::{Error, Result};
 use crate::kernels::{Samples, inverse_dynamics_batch};
 use crate::model::Model;
@@ -63,7 +63,7 @@ pub fn settle(model: &Model, runs: &mut [Run], folds: &Folds, weighting: Weighti
 
 /// Puts into every run what `model` with the values `x` makes of it ([`Run::model`]): link parameters with
 /// the base coefficients on their pivots, torque of the rigid links, and torque of all effects together.
-/// Effects that act on the measurement instead of the joint ([`Effect::alters_measurement`]) are left out
+/// Effects that act on the measurement instead of the joint ([`crate::effects::BuiltFrom::Measurement`]) are left out
 /// of the latter, since that is what they are built from.
 ///
 /// # Errors
@@ -74,7 +74,7 @@ pub fn refresh_model_torque(model: &Model, x: &[f64], runs: &mut [Run]) -> Resul
         let samples = Samples { q: &run.q, dq: &run.dq, ddq: &run.ddq };
         let rigid = inverse_dynamics_batch(&model.chain, samples, &links);
         let mut total = rigid.clone();
-        model.add_torque(x, run, &mut total, |effect| !rigid_body(effect) && !effect.needs_torque())?;
+        model.add_torque(x, run, &mut total, |effect| !effect.is_rigid_body() && !effect.needs_torque())?;
         let first = ModelTorque { links: links.clone(), rigid, total: total.clone() };
         run.model = Some(Arc::new(first.clone()));
         let built = |effect: &dyn Effect| effect.needs_torque() && !effect.alters_measurement();
@@ -100,17 +100,13 @@ pub fn with_model_torque<'a>(model: &Model, x: &[f64], runs: &'a [Run]) -> Resul
     Ok(Cow::Owned(own))
 }
 
-fn rigid_body(effect: &dyn Effect) -> bool {
-    effect.about().name == "rigid_body"
-}
-
 fn link_parameters(model: &Model, x: &[f64]) -> Result<Vec<f64>> {
     let Some(base) = &model.base else {
         let needy = model.effects.iter().find(|e| e.needs_torque()).map_or("an effect", |e| e.about().name);
         return Err(Error::new(format!("`{needy}` is built from the torque of rigid links"))
-            .help("add {\"rigid_body\": ()} to the effects"));
+            .help(format!("add {} to the effects", RigidBody::ABOUT.example)));
     };
-    let first = model.columns.iter().position(|c| rigid_body(model.effects[c.effect].as_ref())).unwrap_or(0);
+    let first = model.columns.iter().position(|c| model.effects[c.effect].is_rigid_body()).unwrap_or(0);
     Ok(base.lift(&x[first..first + base.rank()]))
 }
 

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::effect::{Moment, PlantEffect};
 use super::per_joint::PerJoint;
+use super::twin::{Scope, Twin, boxed, only};
 use crate::error::{Error, Result};
 use crate::text::bounds::{NotNegative, Positive};
 
@@ -14,6 +15,19 @@ pub struct ViscousFriction {
     /// Load per velocity [N m s/rad, N s/m].
     #[serde(deserialize_with = "NotNegative::read")]
     pub coefficients: PerJoint,
+}
+
+impl ViscousFriction {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "viscous_friction",
+        example: "(coefficients: [0.5])",
+        scope: Scope::Joint,
+        unit: 0.5,
+        limit: 50.0,
+        not_on: &[],
+        make: |j, s, _| boxed(ViscousFriction { coefficients: only(j, s) }),
+    };
 }
 
 #[typetag::serde(name = "viscous_friction")]
@@ -57,6 +71,19 @@ impl CoulombFriction {
     }
 }
 
+impl CoulombFriction {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "coulomb_friction",
+        example: "(levels: [0.8])",
+        scope: Scope::Joint,
+        unit: 0.5,
+        limit: 20.0,
+        not_on: &[],
+        make: |j, s, _| boxed(CoulombFriction { levels: only(j, s), width: 0.005 }),
+    };
+}
+
 #[typetag::serde(name = "coulomb_friction")]
 impl PlantEffect for CoulombFriction {
     fn check(&self, dof: usize) -> Result<()> {
@@ -84,6 +111,19 @@ impl PlantEffect for CoulombFriction {
 pub struct TorqueOffset {
     /// Load [N m, N].
     pub offsets: PerJoint,
+}
+
+impl TorqueOffset {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "torque_offset",
+        example: "(offsets: [0.3])",
+        scope: Scope::Joint,
+        unit: 0.3,
+        limit: 20.0,
+        not_on: &[],
+        make: |j, s, _| boxed(TorqueOffset { offsets: only(j, s) }),
+    };
 }
 
 #[typetag::serde(name = "torque_offset")]
@@ -124,6 +164,22 @@ impl SigmoidFriction {
     }
 }
 
+impl SigmoidFriction {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "sigmoid_friction",
+        example: "(phi1: [1.0], phi2: [8.0], phi3: [0.02])",
+        scope: Scope::Joint,
+        unit: 1.0,
+        limit: 20.0,
+        not_on: &[],
+        make: |j, s, draw| {
+            let (phi2, phi3) = (draw.between(4.0, 15.0), draw.between(-0.05, 0.05));
+            boxed(SigmoidFriction { phi1: only(j, s), phi2: only(j, phi2), phi3: only(j, phi3) })
+        },
+    };
+}
+
 #[typetag::serde(name = "sigmoid_friction")]
 impl PlantEffect for SigmoidFriction {
     fn check(&self, dof: usize) -> Result<()> {
@@ -155,6 +211,22 @@ pub struct RotorInertia {
     /// Reflected inertia [kg m², kg].
     #[serde(deserialize_with = "NotNegative::read")]
     pub inertias: PerJoint,
+}
+
+/// Why it cannot be told on the first two joints of a Panda.
+const LIKE_THE_LINK: &str = "is the same as a rotational inertia of the link";
+
+impl RotorInertia {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "rotor_inertia",
+        example: "(inertias: [0.2])",
+        scope: Scope::Joint,
+        unit: 0.1,
+        limit: 5.0,
+        not_on: &[(0, LIKE_THE_LINK), (1, LIKE_THE_LINK)],
+        make: |j, s, _| boxed(RotorInertia { inertias: only(j, s) }),
+    };
 }
 
 #[typetag::serde(name = "rotor_inertia")]

@@ -17,6 +17,7 @@ mod sensors;
 mod simulation;
 mod survey;
 pub mod toys;
+mod twin;
 mod world;
 
 pub use articulated::ForwardDynamics;
@@ -26,14 +27,11 @@ pub use friction::{CoulombFriction, RotorInertia, SigmoidFriction, TorqueOffset,
 pub use integrate::RungeKutta4;
 pub use kinematics::Kinematics;
 pub use per_joint::PerJoint;
-pub use physics::{
-    AsymmetricFriction, Backlash, BaseTilt, ContactForce, CoupledFriction, Factor, FrictionDrift,
-    JointElasticity, JointSpring, JointZeroError, LoadDependentFriction, NonlinearViscousFriction, Payload,
-    PositionDependentFriction, PreslidingHysteresis, Product, StribeckFriction, ThermalFriction, TimeDelay,
-    TorqueDrift, TorqueGain, TorqueRipple,
-};
+pub use physics::*;
 pub use sensors::{Reader, Sensors};
 pub use simulation::{Row, Simulation, Truth};
+pub use twin::{Scope, TWINS, Twin};
+pub(crate) use twin::{boxed, neighbour, phase};
 pub use world::{Energy, WorldFrame};
 
 use serde::{Deserialize, Serialize};

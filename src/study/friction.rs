@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::effects::{RigidBody, SigmoidParameters};
+use crate::effects::{RigidBody, SigmoidFriction, SigmoidParameters};
 use crate::error::Result;
 use crate::identify::{STEEPEST, SigmoidFit, fit_sigmoid};
 use crate::model::Model;
@@ -55,7 +55,7 @@ impl Study<'_> {
                 };
                 FrictionResult {
                     joint: self.robot.joints[j].name.clone(),
-                    effect: "sigmoid_friction".to_string(),
+                    effect: SigmoidFriction::ABOUT.name.to_string(),
                     parameters: vec![
                         named("phi1", fit.parameters.phi1, "N m"),
                         named("phi2", fit.parameters.phi2, "s/rad"),

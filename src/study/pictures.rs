@@ -62,7 +62,7 @@ fn effects(from: &FromLogs, traces: &[Trace]) -> Result<Vec<EffectShare>> {
     let residual = joined(traces.iter().filter(|t| t.role == Role::Fitted).map(|t| t.residual(0)));
     let mut all = Vec::new();
     for (number, effect) in from.fitted.effects.iter().enumerate() {
-        if effect.about().name == "rigid_body" || effect.needs_torque() {
+        if effect.is_rigid_body() || effect.needs_torque() {
             continue;
         }
         let own = |c: usize| if from.fitted.columns[c].effect == number { from.x[c] } else { 0.0 };
@@ -70,8 +70,16 @@ fn effects(from: &FromLogs, traces: &[Trace]) -> Result<Vec<EffectShare>> {
         let torque = joined(predict(&from.fitted, &runs, &alone)?.into_iter());
         for (joint, (torque, residual)) in torque.iter().zip(&residual).enumerate() {
             if torque.iter().any(|t| t.abs() > 0.0) {
-                let name = effect.about().name;
-                all.push(EffectShare::new(name, false, joint, None, traces, &units, residual, torque));
+                all.push(EffectShare::new(
+                    &effect.about(),
+                    false,
+                    joint,
+                    None,
+                    traces,
+                    &units,
+                    residual,
+                    torque,
+                ));
             }
         }
     }

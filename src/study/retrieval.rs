@@ -290,7 +290,7 @@ fn bound(problem: &Problem, results: &[(String, Retrieved)]) -> Option<Bound> {
 
 /// Columns of a model with the rigid body's first, and how many those are.
 pub(super) fn rigid_first(model: &Model) -> (Vec<usize>, usize) {
-    let is_rigid = |c: &usize| model.effects[model.columns[*c].effect].about().name == "rigid_body";
+    let is_rigid = |c: &usize| model.effects[model.columns[*c].effect].is_rigid_body();
     let (mut order, others): (Vec<usize>, Vec<usize>) = (0..model.columns.len()).partition(is_rigid);
     let rank = order.len();
     order.extend(others);

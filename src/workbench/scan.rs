@@ -14,6 +14,7 @@ use super::study::{Addition, Root, Scan, ScriptFile, ScriptKind, Signals, Study}
 use super::work::{Job, broken};
 use crate::check;
 use crate::diagnose::{Outcome, Proposed, Start, Stop, diagnose};
+use crate::effects::RigidBody;
 use crate::error::{Error, Result};
 use crate::report::page::Page;
 
@@ -174,7 +175,7 @@ impl Search {
     /// What was found, as steps to take.
     fn additions(&self, outcome: &Outcome) -> Vec<Addition> {
         let d = &outcome.diagnosis;
-        let named = d.missing.iter().chain(&d.minor).filter(|m| m.effect != "rigid_body");
+        let named = d.missing.iter().chain(&d.minor).filter(|m| m.effect != RigidBody::ABOUT.name);
         named.map(|m| Addition { effect: m.effect.clone(), joints: m.joints.clone() }).collect()
     }
 }

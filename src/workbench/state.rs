@@ -7,7 +7,7 @@ use super::study::{LogFile, Scan, Step, Study};
 use super::{constraints, files, retrieve, work, written};
 use crate::check::Severity;
 use crate::diagnose::Missing;
-use crate::effects::CATALOGUE;
+use crate::effects::{CATALOGUE, RigidBody, Stage};
 use crate::error::Error;
 use crate::log::ColumnMap;
 use crate::report::pictures::{JointUnits, Ranked};
@@ -157,6 +157,7 @@ fn step(step: &Step) -> Value {
         "label": work::label(step),
         "added": step.added,
         "effects": effects,
+        "friction": step.effects.iter().any(|e| e.about().stage == Stage::First),
         "fitted": step.fitted.is_some(),
         "held_out_percent": numbers.held_out_percent,
         "joints": numbers.joints.iter().map(joint).collect::<Vec<_>>(),
@@ -174,7 +175,7 @@ fn catalogue(study: &Study) -> Vec<Value> {
     let shipped = CATALOGUE.iter().map(|entry| entry.about);
     shipped
         .chain(own.iter().map(|e| e.about()))
-        .map(|a| json!({"name": a.name, "title": a.title, "text": a.text, "equation": a.equation}))
+        .map(|a| json!({"name": a.name, "title": a.title, "text": a.text, "equation": a.equation, "example": a.example}))
         .collect()
 }
 
@@ -185,7 +186,7 @@ fn candidates(step: &Step) -> Vec<Value> {
     if let Some(scan) = step.scan.as_deref() {
         let d = &scan.diagnosis;
         for (rank, list) in [("missing", &d.missing), ("minor", &d.minor)] {
-            for m in list.iter().filter(|m| m.effect != "rigid_body") {
+            for m in list.iter().filter(|m| m.effect != RigidBody::ABOUT.name) {
                 named.push((m.effect.clone(), m.joints.clone()));
                 all.push(found(m, rank));
             }

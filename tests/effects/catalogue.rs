@@ -1,8 +1,10 @@
 //! What every effect of the catalogue promises.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 
-use lacuna::effects::{CATALOGUE, ContactForce, Effect, RigidBody};
+use lacuna::conformance;
+use lacuna::effects::{AtRest, CATALOGUE, ContactForce, Effect, Reach, RigidBody, Stage};
 use lacuna::model::{Model, ModelBlock};
 use lacuna::robot::Robot;
 use lacuna::signals::Run;
@@ -96,7 +98,7 @@ fn every_effect_explains_itself() {
         let settings = instances(&robot("panda.ron"));
         for effect in settings.iter().filter(|e| e.about().name == about.name) {
             for shape in effect.shapes() {
-                assert!(about.parameters.iter().any(|p| p.0.contains(shape.symbol)), "{}", shape.symbol);
+                assert!(about.parameters.iter().any(|p| p.symbol.contains(shape.symbol)), "{}", shape.symbol);
             }
         }
     }
@@ -181,4 +183,86 @@ fn an_effect_with_a_shape_may_stand_there_twice() {
     assert_eq!(symbols, ["rs2", "rc2", "rs2'", "rc2'"]);
     let spring = || -> Box<dyn Effect> { from_ron("{\"joint_spring\": ()}").expect("reads") };
     assert!(Model::new(&robot, vec![spring(), spring()]).is_err(), "a spring twice is a mistake");
+}
+
+#[test]
+fn every_example_keeps_the_promises_of_an_effect() {
+    for file in ["panda.ron", "two_link.ron", "six_axis.urdf"] {
+        for entry in CATALOGUE {
+            let checked = conformance::effect(entry.about.example, &robot(file), Path::new("."), &[]);
+            checked.unwrap_or_else(|e| panic!("{} on {file}: {e}", entry.about.name));
+        }
+    }
+}
+
+/// What is tried of an effect on a robot is what it says of its reach and of the stage of the search.
+#[test]
+fn what_is_tried_is_what_an_effect_says() {
+    let robot = robot("panda.ron");
+    for entry in CATALOGUE {
+        let (about, tried) = (entry.about, (entry.candidates)(&robot));
+        let by_search = matches!(about.stage, Stage::First | Stage::Usual);
+        assert_eq!(!tried.is_empty(), by_search, "{}", about.name);
+        let joints = |effect: &dyn Effect| -> BTreeSet<usize> {
+            effect.terms(&robot).expect("fits").into_iter().flat_map(|term| term.joints).collect()
+        };
+        let sizes: BTreeSet<usize> = tried.iter().map(|effect| joints(effect.as_ref()).len()).collect();
+        let own = |effect: &dyn Effect| effect.belongs_to(&robot).expect("fits");
+        let named = tried.iter().filter(|effect| own(effect.as_ref()).is_some()).count();
+        let of_another = tried.iter().filter(|e| e.sign_of(&robot).expect("fits").is_some()).count();
+        let expected = |all: bool, one: usize, other: usize| all && named == one && of_another == other;
+        let holds = match about.reach {
+            _ if tried.is_empty() => true,
+            Reach::Joint => expected(sizes == BTreeSet::from([1]), 0, 0),
+            Reach::Pair => expected(sizes == BTreeSet::from([1]), 0, tried.len()),
+            Reach::JointFeltByOthers => expected(!sizes.contains(&0), tried.len(), 0),
+            Reach::JointOrAll => expected(sizes == BTreeSet::from([1, robot.dof()]), 0, 0),
+            Reach::Robot => expected(tried.len() == 1 && !sizes.contains(&1), 0, 0),
+        };
+        assert!(
+            holds,
+            "{}: {:?}, but {} are tried on {sizes:?} joints",
+            about.name,
+            about.reach,
+            tried.len()
+        );
+    }
+    let stages = |stage: Stage| CATALOGUE.iter().filter(|e| e.about.stage == stage).count();
+    assert_eq!(stages(Stage::InEveryModel), 1, "only rigid links are in every model");
+}
+
+/// Torque on every joint before and after an instant of reversal: what steps there must say so, and nothing else.
+#[test]
+fn what_steps_at_rest_says_so() {
+    let robot = robot("panda.ron");
+    let mut stepping: BTreeSet<&str> = BTreeSet::new();
+    for effect in instances(&robot) {
+        let mut run = warm_run(&robot);
+        let samples = run.samples();
+        // Nothing changes but the sign of the velocities, which are next to nothing.
+        for rows in run.q.iter_mut().chain(&mut run.ddq) {
+            let here = rows[0];
+            rows.fill(here);
+        }
+        for rows in &mut run.dq {
+            *rows = (0..samples).map(|k| if k % 2 == 0 { 1e-9 } else { -1e-9 }).collect();
+        }
+        run.friction_dq = Vec::new();
+        if let Some(model) = &run.model {
+            let mut model = (**model).clone();
+            for rows in model.rigid.iter_mut().chain(&mut model.total) {
+                let here = rows[0];
+                rows.fill(here);
+            }
+            run.model = Some(std::sync::Arc::new(model));
+        }
+        let found = crate::motion::columns(&robot, &run, effect.with_width(0.0).as_ref());
+        let steps = found.iter().flatten().any(|rows| {
+            let mean = |odd: usize| rows.iter().skip(300 + odd).step_by(2).sum::<f64>() / 150.0;
+            (mean(0) - mean(1)).abs() > 0.01
+        });
+        stepping.extend(steps.then_some(effect.about().name));
+    }
+    let says = CATALOGUE.iter().map(|e| e.about).filter(|a| a.at_rest != AtRest::Smooth).map(|a| a.name);
+    assert_eq!(stepping, says.collect::<BTreeSet<_>>());
 }

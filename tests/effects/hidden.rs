@@ -44,6 +44,13 @@ fn shapes_over_velocity() {
         &[0.2],
         0.01,
     );
+    let (height, steepness, shift) = (fourth(1.0), fourth(8.0), fourth(0.02));
+    check(
+        &format!("{{\"sigmoid_friction\": (phi1: {height}, phi2: {steepness}, phi3: {shift})}}"),
+        &["{\"sigmoid_friction\": (joints: Only([\"4\"]), phi2: [8], phi3: [0.02])}"],
+        &[1.0],
+        0.01,
+    );
     let (level, speed) = (fourth(0.4), "[0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1]");
     check(
         &format!("{{\"stribeck_friction\": (levels: {level}, velocities: {speed}, width: 0.02)}}"),

@@ -15,6 +15,7 @@ type Case = (Box<dyn Effect>, &'static [f64], &'static [f64]);
 
 #[test]
 fn physical_limits() {
+    let robot = robot("panda.ron");
     let all = || Joints::All;
     let cases: Vec<Case> = vec![
         (Box::new(ViscousFriction::default()), &[0.1], &[-0.1]),
@@ -35,37 +36,34 @@ fn physical_limits() {
         (Box::new(StribeckFriction { joints: all(), vs: 0.1, width: 0.05 }), &[0.2], &[0.0]),
     ];
     for (effect, good, bad) in cases {
-        assert_eq!(effect.implausible(good), None, "{effect:?} {good:?}");
-        assert!(effect.implausible(bad).is_some(), "{effect:?} {bad:?}");
+        assert_eq!(effect.implausible(&robot, good), None, "{effect:?} {good:?}");
+        assert!(effect.implausible(&robot, bad).is_some(), "{effect:?} {bad:?}");
         let nan: Vec<f64> = good.iter().map(|_| f64::NAN).collect();
-        let named = effect.about().name;
-        let signless = ["viscous_friction", "coulomb_friction", "rotor_inertia", "presliding_hysteresis"];
-        if !signless.contains(&named) && named != "joint_elasticity" {
-            assert!(effect.implausible(&nan).is_some(), "{named} takes nonsense for physics");
-        }
+        assert!(effect.implausible(&robot, &nan).is_some(), "{effect:?} takes nonsense for physics");
     }
     let at_once = PreslidingHysteresis { joints: all(), s: 1450.0, width: 0.0 };
-    assert!(at_once.implausible(&[0.1]).is_some_and(|reason| reason.contains("0.69 mrad")));
+    assert!(at_once.implausible(&robot, &[0.1]).is_some_and(|reason| reason.contains("0.69 mrad")));
     let within_the_sign = StribeckFriction { joints: all(), vs: 0.09, width: 0.05 };
-    assert!(within_the_sign.implausible(&[0.2]).is_some_and(|reason| reason.contains("smoothing")));
+    assert!(within_the_sign.implausible(&robot, &[0.2]).is_some_and(|reason| reason.contains("smoothing")));
 }
 
 #[test]
 fn what_is_odd_is_said_but_not_refused() {
+    let robot = robot("panda.ron");
     let spring = JointSpring::default();
-    assert!(spring.odd(&[-1.0]).is_some() && spring.implausible(&[-1.0]).is_none());
-    assert!(spring.odd(&[1.0]).is_none());
+    assert!(spring.odd(&robot, &[-1.0]).is_some() && spring.implausible(&robot, &[-1.0]).is_none());
+    assert!(spring.odd(&robot, &[1.0]).is_none());
     let thinning = NonlinearViscousFriction::default();
-    assert!(thinning.odd(&[-1.0]).is_some() && thinning.implausible(&[-1.0]).is_none());
+    assert!(thinning.odd(&robot, &[-1.0]).is_some() && thinning.implausible(&robot, &[-1.0]).is_none());
     let ripple = |k| TorqueRipple { joints: Joints::All, k };
-    assert!(ripple(1.6).odd(&[0.1, 0.1]).is_some() && ripple(3.0).odd(&[0.1, 0.1]).is_none());
+    assert!(ripple(1.6).odd(&robot, &[0.1, 0.1]).is_some() && ripple(3.0).odd(&robot, &[0.1, 0.1]).is_none());
     let coupled = CoupledFriction {
         joint: "1".to_string(),
         from: "2".to_string(),
         part: FrictionPart::Both,
         width: 0.0,
     };
-    assert!(coupled.odd(&[0.1, -0.1]).is_some() && coupled.odd(&[-0.1, -0.1]).is_none());
+    assert!(coupled.odd(&robot, &[0.1, -0.1]).is_some() && coupled.odd(&robot, &[-0.1, -0.1]).is_none());
 }
 
 #[test]

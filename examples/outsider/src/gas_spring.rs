@@ -1,5 +1,8 @@
 use lacuna::Result;
-use lacuna::effects::{About, Columns, Effect, Joints, Shape, Stretch, Term};
+use lacuna::effects::{
+    About, AtRest, Columns, Effect, Joints, Parameter, Reach, Separation, Shape, Special, Stage, Stretch,
+    Term, Variable,
+};
 use lacuna::robot::Robot;
 use serde::{Deserialize, Serialize};
 
@@ -14,20 +17,34 @@ pub struct GasSpring {
     pub rest: f64,
 }
 
+impl GasSpring {
+    /// What it says about itself.
+    pub const ABOUT: About = About {
+        name: "gas_spring",
+        title: "a gas spring that carries part of the weight",
+        text: "Pushes with nearly the same force wherever it is, so its torque is a sine of the joint's position.",
+        equation: "tau_j = kg_j sin(q_j - rest)",
+        parameters: &[
+            Parameter::new("kg", "N m", "force times lever"),
+            Parameter::new("rest", "rad", "position in which it has no lever"),
+        ],
+        cause: "a gas spring between two links",
+        confused_with: "gravity on the link that it carries, where the joint's axis is horizontal",
+        separation: Separation::FAR,
+        example: r#"{"gas_spring": (rest: 0.3)}"#,
+        drawn_against: Variable::Position,
+        at_rest: AtRest::Smooth,
+        reach: Reach::Joint,
+        stage: Stage::Given,
+        imitated_by: &[],
+        special: Special::NONE,
+    };
+}
+
 #[typetag::serde(name = "gas_spring")]
 impl Effect for GasSpring {
     fn about(&self) -> About {
-        About {
-            name: "gas_spring",
-            title: "a gas spring that carries part of the weight",
-            text: "Pushes with nearly the same force wherever it is, so its torque is a sine of the joint's position.",
-            equation: "tau_j = kg_j sin(q_j - rest)",
-            parameters: &[
-                ("kg", "N m", "force times lever"),
-                ("rest", "rad", "position in which it has no lever"),
-            ],
-            confused_with: "gravity on the link that it carries, where the joint's axis is horizontal",
-        }
+        Self::ABOUT
     }
 
     fn terms(&self, robot: &Robot) -> Result<Vec<Term>> {

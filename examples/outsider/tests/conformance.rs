@@ -124,8 +124,11 @@ impl Effect for Wrong {
             title: "breaks one promise",
             text: "An effect that is wrong on purpose, to see that the checks notice what is wrong with it.",
             equation: "tau_j = k dq_j",
-            parameters: &[("k", "N m", "strength")],
+            parameters: const { &[effects::Parameter::new("k", "N m", "strength")] },
+            cause: "a test",
             confused_with: "nothing",
+            example: if self.breaks == "example" { "wrong" } else { r#"{"wrong_effect": (breaks: "")}"# },
+            ..lacuna_outsider::GasSpring::ABOUT
         }
     }
 
@@ -162,6 +165,7 @@ fn wrong_effects_are_noticed() {
         ("cut", "cut into stretches"),
         ("torque", "explain itself"),
         ("number", "no number"),
+        ("example", "cannot be read"),
     ] {
         let message = wrong(breaks).expect_err(breaks).to_string();
         assert!(message.contains(what), "{breaks}: {message}");

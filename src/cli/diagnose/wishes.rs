@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lacuna::effects::{CATALOGUE, Effect, Joints, ScriptedEffect};
+use lacuna::effects::{CATALOGUE, Effect, Joints, ScriptedEffect, Stage};
 use lacuna::robot::Robot;
 use lacuna::{Error, Result, text};
 
@@ -66,15 +66,20 @@ fn check_effect(name: &str, extra: &[Box<dyn Effect>]) -> Result<()> {
     Err(Error::new(format!("--add: no effect called `{name}`")).help(help))
 }
 
-/// Whether `--add` takes this name; scripts are files.
+/// Whether `--add` takes this name: of the catalogue what a search tries; scripts are files.
 pub(super) fn can_be_added(name: &str) -> bool {
-    !["rigid_body", "contact_force", "script"].contains(&name)
+    stage(name).is_none_or(|stage| matches!(stage, Stage::First | Stage::Usual))
+}
+
+/// When a search tries what the catalogue has under this name.
+fn stage(name: &str) -> Option<Stage> {
+    CATALOGUE.iter().find(|entry| entry.about.name == name).map(|entry| entry.about.stage)
 }
 
 fn belongs_elsewhere(name: &str) -> Error {
-    let help = match name {
-        "rigid_body" => "every model has it",
-        "script" => "give the script's file: --add FILE.rhai",
+    let help = match stage(name) {
+        Some(Stage::InEveryModel) => "every model has it",
+        Some(Stage::Given) => "give the script's file: --add FILE.rhai",
         _ => "it is looked for anyway, as what acts in an interval only",
     };
     Error::new(format!("--add: `{name}` cannot be added by name")).help(help)

@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::effect::{Moment, PlantEffect};
+use super::twin::{Scope, Twin, boxed, only};
 use super::{PerJoint, check_positive, smooth_sign, usual_width};
 use crate::error::Result;
 use crate::text::bounds::{NotNegative, Positive};
@@ -25,6 +26,28 @@ pub struct AsymmetricFriction {
     /// Velocity at which one direction has taken over from the other by 76 % [rad/s, m/s].
     #[serde(default = "usual_width", deserialize_with = "Positive::read")]
     pub width: f64,
+}
+
+impl AsymmetricFriction {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "asymmetric_friction",
+        example: "(viscous_forward: [0.5], viscous_backward: [0.2], coulomb_forward: [0.3])",
+        scope: Scope::Joint,
+        unit: 0.5,
+        limit: 50.0,
+        not_on: &[],
+        make: |j, s, _| {
+            let none = PerJoint::default;
+            boxed(AsymmetricFriction {
+                viscous_forward: only(j, s),
+                viscous_backward: none(),
+                coulomb_forward: none(),
+                coulomb_backward: none(),
+                width: 0.005,
+            })
+        },
+    };
 }
 
 #[typetag::serde(name = "asymmetric_friction")]

@@ -3,6 +3,7 @@ use serde::{Deserialize, Serialize};
 
 use super::check_finite;
 use super::effect::{Moment, PlantEffect};
+use super::twin::{Scope, Twin, boxed, phase};
 use crate::error::Result;
 use crate::robot::InertialParameters;
 
@@ -17,6 +18,22 @@ pub struct BaseTilt {
     /// Gravity along y over its size \[rad\].
     #[serde(default)]
     pub y: f64,
+}
+
+impl BaseTilt {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "base_tilt",
+        example: "(x: 0.005, y: -0.003)",
+        scope: Scope::Robot,
+        unit: 0.01,
+        limit: 0.2,
+        not_on: &[],
+        make: |_, s, draw| {
+            let (y, x) = libm::sincos(phase(draw));
+            boxed(BaseTilt { x: s * x, y: s * y })
+        },
+    };
 }
 
 #[typetag::serde(name = "base_tilt")]

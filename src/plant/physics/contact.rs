@@ -2,6 +2,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::effect::{Moment, PlantEffect};
+use super::twin::{Scope, Twin, boxed};
 use super::{check_finite, check_positive, joint_index};
 use crate::error::{Error, Result};
 use crate::text::bounds::{JointNumber, Seconds};
@@ -37,6 +38,26 @@ impl ContactForce {
         let s = ((t - self.from_s).min(self.to_s - t) / self.rise_s).clamp(0.0, 1.0);
         s * s * (3.0 - 2.0 * s)
     }
+}
+
+impl ContactForce {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "contact_force",
+        example: "(force: (3, -2, 5), from_s: 1, to_s: 2, point: (0.0, 0.1, 0.2))",
+        scope: Scope::Event,
+        unit: 2.0,
+        limit: 200.0,
+        not_on: &[],
+        make: |_, s, draw| {
+            let direction = [draw.normal(), draw.normal(), draw.normal()];
+            let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let from_s = draw.between(2.0, 10.0);
+            let to_s = from_s + draw.between(1.0, 2.3);
+            let (force, point) = (direction.map(|x| s * x / length), [0.0; 3]);
+            boxed(ContactForce { force, from_s, to_s, rise_s: 0.02, point, link: None })
+        },
+    };
 }
 
 #[typetag::serde(name = "contact_force")]

@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::effect::{Moment, PlantEffect};
+use super::twin::{Scope, Twin, boxed, neighbour};
 use super::{check_finite, check_positive, joint_index, smooth_sign, usual_width};
 use crate::error::{Error, Result};
 use crate::text::bounds::{JointNumber, Positive};
@@ -25,6 +26,28 @@ pub struct CoupledFriction {
     /// Velocity at which 76 % of the sign is reached [rad/s, m/s].
     #[serde(default = "usual_width", deserialize_with = "Positive::read")]
     pub width: f64,
+}
+
+impl CoupledFriction {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "coupled_friction",
+        example: "(joint: 5, from: 4, viscous: 0.3, coulomb: 0.1)",
+        scope: Scope::Joint,
+        unit: 0.3,
+        limit: 20.0,
+        not_on: &[],
+        make: |j, s, draw| {
+            let viscous = draw.uniform() < 0.5;
+            boxed(CoupledFriction {
+                joint: j + 1,
+                from: neighbour(j) + 1,
+                viscous: if viscous { s } else { 0.0 },
+                coulomb: if viscous { 0.0 } else { s },
+                width: 0.005,
+            })
+        },
+    };
 }
 
 #[typetag::serde(name = "coupled_friction")]

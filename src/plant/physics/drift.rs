@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::effect::{Moment, PlantEffect};
+use super::twin::{Scope, Twin, boxed, only};
 use super::{PerJoint, check_positive, smooth_sign, usual_width};
 use crate::error::Result;
 use crate::text::bounds::{Positive, Seconds};
@@ -13,6 +14,19 @@ use crate::text::bounds::{Positive, Seconds};
 pub struct TorqueDrift {
     /// Growth [N m/s, N/s].
     pub rates: PerJoint,
+}
+
+impl TorqueDrift {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "torque_drift",
+        example: "(rates: [0.01])",
+        scope: Scope::Joint,
+        unit: 0.02,
+        limit: 2.0,
+        not_on: &[],
+        make: |j, s, _| boxed(TorqueDrift { rates: only(j, s) }),
+    };
 }
 
 #[typetag::serde(name = "torque_drift")]
@@ -43,6 +57,22 @@ pub struct FrictionDrift {
     /// Velocity at which 76 % of the sign is reached [rad/s, m/s].
     #[serde(default = "usual_width", deserialize_with = "Positive::read")]
     pub width: f64,
+}
+
+impl FrictionDrift {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "friction_drift",
+        example: "(coulomb: [0.2], viscous: [0.1], time_s: Some(8))",
+        scope: Scope::Joint,
+        unit: 0.5,
+        limit: 20.0,
+        not_on: &[],
+        make: |j, s, draw| {
+            let (coulomb, time_s) = (only(j, s), Some(draw.between(3.0, 12.0)));
+            boxed(FrictionDrift { coulomb, viscous: PerJoint::default(), time_s, width: 0.005 })
+        },
+    };
 }
 
 #[typetag::serde(name = "friction_drift")]

@@ -7,6 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::effect::{Moment, Observed, PlantEffect};
+use super::twin::{Scope, Twin, boxed, only};
 use super::{PerJoint, check_positive};
 use crate::error::Result;
 use crate::text::bounds::{NotNegative, Positive};
@@ -18,6 +19,19 @@ pub struct JointElasticity {
     /// Twist per torque [rad/(N m), m/N].
     #[serde(deserialize_with = "NotNegative::read")]
     pub compliance: PerJoint,
+}
+
+impl JointElasticity {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "joint_elasticity",
+        example: "(compliance: [0.0001])",
+        scope: Scope::Joint,
+        unit: 1e-3,
+        limit: 0.05,
+        not_on: &[],
+        make: |j, s, _| boxed(JointElasticity { compliance: only(j, s) }),
+    };
 }
 
 #[typetag::serde(name = "joint_elasticity")]
@@ -53,6 +67,19 @@ impl Backlash {
     fn light() -> f64 {
         0.2
     }
+}
+
+impl Backlash {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "backlash",
+        example: "(gaps: [0.002])",
+        scope: Scope::Joint,
+        unit: 4e-3,
+        limit: 0.05,
+        not_on: &[],
+        make: |j, s, _| boxed(Backlash { gaps: only(j, s), closing_torque: 0.2 }),
+    };
 }
 
 #[typetag::serde(name = "backlash")]

@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::effect::{Moment, PlantEffect};
+use super::twin::{Scope, Twin, boxed, only};
 use super::{PerJoint, check_positive, smooth_sign, usual_width};
 use crate::error::{Error, Result};
 use crate::text::bounds::{NotNegative, Positive};
@@ -25,6 +26,25 @@ pub struct LoadDependentFriction {
     /// Velocity at which 76 % of the sign is reached [rad/s, m/s].
     #[serde(default = "usual_width", deserialize_with = "Positive::read")]
     pub width: f64,
+}
+
+/// Why it cannot be told on the first and the last joint of a Panda.
+const NO_LOAD: &str = "needs a load, and gravity puts none on this joint";
+
+impl LoadDependentFriction {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "load_dependent_friction",
+        example: "(ratios: [0.05], viscous_ratios: [0.02])",
+        scope: Scope::Joint,
+        unit: 0.05,
+        limit: 0.5,
+        not_on: &[(0, NO_LOAD), (6, NO_LOAD)],
+        make: |j, s, _| {
+            let viscous_ratios = PerJoint::default();
+            boxed(LoadDependentFriction { ratios: only(j, s), viscous_ratios, width: 0.005 })
+        },
+    };
 }
 
 #[typetag::serde(name = "load_dependent_friction")]

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::PerJoint;
 use super::effect::{Moment, Observed, PlantEffect};
+use super::twin::{Scope, Twin, boxed, only};
 use crate::error::{Error, Result};
 
 /// Position sensors with a wrong zero: the true position is the logged one plus `error`.
@@ -12,6 +13,22 @@ use crate::error::{Error, Result};
 pub struct JointZeroError {
     /// What is missing from the logged position [rad, m].
     pub errors: PerJoint,
+}
+
+impl JointZeroError {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "joint_zero_error",
+        example: "(errors: [0.02])",
+        scope: Scope::Joint,
+        unit: 0.03,
+        limit: 0.1,
+        not_on: &[
+            (0, "about an upright axis changes no torque"),
+            (6, "of the last joint only turns the last link's parameters"),
+        ],
+        make: |j, s, _| boxed(JointZeroError { errors: only(j, s) }),
+    };
 }
 
 #[typetag::serde(name = "joint_zero_error")]
@@ -37,6 +54,19 @@ pub struct TorqueGain {
     pub gains: PerJoint,
 }
 
+impl TorqueGain {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "torque_gain",
+        example: "(gains: [0.05])",
+        scope: Scope::Joint,
+        unit: 0.05,
+        limit: 0.3,
+        not_on: &[],
+        make: |j, s, _| boxed(TorqueGain { gains: only(j, s) }),
+    };
+}
+
 #[typetag::serde(name = "torque_gain")]
 impl PlantEffect for TorqueGain {
     fn check(&self, dof: usize) -> Result<()> {
@@ -58,6 +88,19 @@ impl PlantEffect for TorqueGain {
 pub struct TimeDelay {
     /// Delay \[s\]; negative where the torque comes early.
     pub delays_s: PerJoint,
+}
+
+impl TimeDelay {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "time_delay",
+        example: "(delays_s: [0.0043])",
+        scope: Scope::Joint,
+        unit: 5e-3,
+        limit: 0.05,
+        not_on: &[],
+        make: |j, s, _| boxed(TimeDelay { delays_s: only(j, s) }),
+    };
 }
 
 #[typetag::serde(name = "time_delay")]

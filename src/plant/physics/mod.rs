@@ -37,8 +37,8 @@ pub use product::Product;
 pub use stribeck::StribeckFriction;
 pub use thermal::ThermalFriction;
 
-use super::effect;
 use super::per_joint::PerJoint;
+use super::{effect, twin};
 use crate::error::{Error, Result};
 
 /// Velocity at which a smoothed sign has reached 76 %, unless said otherwise [rad/s, m/s].

@@ -2,6 +2,7 @@ use serde::{Deserialize, Serialize};
 
 use super::PerJoint;
 use super::effect::{Moment, PlantEffect};
+use super::twin::{Scope, Twin, boxed, only};
 use crate::error::{Error, Result};
 use crate::text::bounds::Exponent;
 
@@ -23,6 +24,19 @@ impl NonlinearViscousFriction {
     fn square() -> f64 {
         2.0
     }
+}
+
+impl NonlinearViscousFriction {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "nonlinear_viscous_friction",
+        example: "(coefficients: [0.3], exponent: 2.5)",
+        scope: Scope::Joint,
+        unit: 0.5,
+        limit: 50.0,
+        not_on: &[],
+        make: |j, s, _| boxed(NonlinearViscousFriction { coefficients: only(j, s), exponent: 2.0 }),
+    };
 }
 
 #[typetag::serde(name = "nonlinear_viscous_friction")]

@@ -2,6 +2,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::effect::{Moment, PlantEffect};
+use super::twin::{Scope, Twin, boxed};
 use super::{check_finite, check_positive, joint_index};
 use crate::error::Result;
 use crate::robot::InertialParameters;
@@ -22,6 +23,24 @@ pub struct Payload {
     /// Number of the joint whose link carries it, from 1; the last one when not given.
     #[serde(default, deserialize_with = "JointNumber::read")]
     pub link: Option<usize>,
+}
+
+impl Payload {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "payload",
+        example: "(mass: 1.5, com: (0.02, 0.01, 0.08), inertia: (0.002, 0, 0, 0.003, 0, 0.001))",
+        scope: Scope::TwoLogs,
+        unit: 0.3,
+        limit: 20.0,
+        not_on: &[],
+        make: |_, s, draw| {
+            let mut within = |range: f64| draw.between(-range, range);
+            let com = [within(0.03), within(0.03), 0.1 + within(0.04)];
+            let inertia = [2e-3 * s, 0.0, 0.0, 2e-3 * s, 0.0, 1e-3 * s];
+            boxed(Payload { mass: s, com, inertia, link: None })
+        },
+    };
 }
 
 #[typetag::serde(name = "payload")]

@@ -3,9 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::effect::{Moment, PlantEffect};
+use super::twin::{Scope, Twin, boxed, only, phase};
 use super::{PerJoint, check_positive, smooth_sign, usual_width};
 use crate::error::Result;
 use crate::text::bounds::{NotNegative, Positive};
+use crate::plant::CoulombFriction;
 
 /// A spring across the joint, such as a bundle of cables: `stiffness (q - rest)`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -16,6 +18,19 @@ pub struct JointSpring {
     /// Where it does not pull [rad, m].
     #[serde(default)]
     pub rest: PerJoint,
+}
+
+impl JointSpring {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "joint_spring",
+        example: "(stiffness: [2.0], rest: [0.1])",
+        scope: Scope::Joint,
+        unit: 1.0,
+        limit: 100.0,
+        not_on: &[],
+        make: |j, s, _| boxed(JointSpring { stiffness: only(j, s), rest: PerJoint::default() }),
+    };
 }
 
 #[typetag::serde(name = "joint_spring")]
@@ -45,6 +60,22 @@ pub struct TorqueRipple {
     /// Phase \[rad\].
     #[serde(default)]
     pub phases: PerJoint,
+}
+
+impl TorqueRipple {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "torque_ripple",
+        example: "(amplitudes: [0.3], harmonics: [12], phases: [1])",
+        scope: Scope::Joint,
+        unit: 0.2,
+        limit: 20.0,
+        not_on: &[],
+        make: |j, s, draw| {
+            let (harmonics, phases) = (only(j, draw.between(3.0, 25.0)), only(j, phase(draw)));
+            boxed(TorqueRipple { amplitudes: only(j, s), harmonics, phases })
+        },
+    };
 }
 
 #[typetag::serde(name = "torque_ripple")]
@@ -80,6 +111,24 @@ pub struct PositionDependentFriction {
     /// Velocity at which 76 % of the sign is reached [rad/s, m/s].
     #[serde(default = "usual_width", deserialize_with = "Positive::read")]
     pub width: f64,
+}
+
+impl PositionDependentFriction {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "position_dependent_friction",
+        example: "(levels: [0.2], harmonics: [3], phases: [0.4])",
+        scope: Scope::Joint,
+        unit: 0.2,
+        limit: 20.0,
+        not_on: &[],
+        make: |j, s, draw| {
+            let (harmonics, phases) = (only(j, draw.between(1.5, 7.0)), only(j, phase(draw)));
+            let varying = PositionDependentFriction { levels: only(j, s), harmonics, phases, width: 0.005 };
+            // As much constant friction keeps the sum from driving the joint.
+            vec![Box::new(varying), Box::new(CoulombFriction { levels: only(j, s), width: 0.005 })]
+        },
+    };
 }
 
 #[typetag::serde(name = "position_dependent_friction")]

@@ -3,6 +3,7 @@ use serde::{Deserialize, Serialize};
 use super::PerJoint;
 use super::check_positive;
 use super::effect::{Moment, OwnSlope, PlantEffect};
+use super::twin::{Scope, Twin, boxed, only};
 use crate::error::{Error, Result};
 use crate::text::bounds::{NotNegative, Positive};
 
@@ -60,6 +61,19 @@ impl PreslidingHysteresis {
         let ratio = v / self.velocity;
         1.0 + (self.static_ratio - 1.0) * libm::exp(-ratio * ratio)
     }
+}
+
+impl PreslidingHysteresis {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "presliding_hysteresis",
+        example: "(levels: [0.3], stiffness: [400])",
+        scope: Scope::Joint,
+        unit: 0.4,
+        limit: 20.0,
+        not_on: &[],
+        make: |j, s, draw| boxed(PreslidingHysteresis::dahl(only(j, s), only(j, draw.between(40.0, 500.0)))),
+    };
 }
 
 #[typetag::serde(name = "presliding_hysteresis")]

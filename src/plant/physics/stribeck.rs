@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::effect::{Moment, PlantEffect};
+use super::twin::{Scope, Twin, boxed, only};
 use super::{PerJoint, check_positive, smooth_sign, usual_width};
 use crate::error::Result;
 use crate::text::bounds::{NotNegative, Positive};
@@ -18,6 +19,22 @@ pub struct StribeckFriction {
     /// Velocity at which 76 % of the sign is reached [rad/s, m/s].
     #[serde(default = "usual_width", deserialize_with = "Positive::read")]
     pub width: f64,
+}
+
+impl StribeckFriction {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "stribeck_friction",
+        example: "(levels: [0.4], velocities: [0.1])",
+        scope: Scope::Joint,
+        unit: 0.5,
+        limit: 20.0,
+        not_on: &[],
+        make: |j, s, draw| {
+            let velocities = only(j, draw.between(0.06, 0.25));
+            boxed(StribeckFriction { levels: only(j, s), velocities, width: 0.005 })
+        },
+    };
 }
 
 #[typetag::serde(name = "stribeck_friction")]

@@ -2,45 +2,26 @@
 
 use nalgebra::Vector3;
 
-use super::super::{Kinematics, Moment, Observed, OwnSlope, PerJoint, Plant, PlantEffect, WorldFrame, toys};
+use super::super::{
+    Kinematics, Moment, Observed, OwnSlope, PerJoint, Plant, PlantEffect, TWINS, WorldFrame, toys,
+};
 use super::*;
 use crate::excitation::FourierMotion;
 use crate::robot::InertialParameters;
 
-/// Every effect, as a user writes it for a robot of seven joints.
-const WRITTEN: [(&str, &str); 21] = [
-    ("stribeck_friction", "(levels: [0.4], velocities: [0.1])"),
-    ("asymmetric_friction", "(viscous_forward: [0.5], viscous_backward: [0.2], coulomb_forward: [0.3])"),
-    ("nonlinear_viscous_friction", "(coefficients: [0.3], exponent: 2.5)"),
-    ("load_dependent_friction", "(ratios: [0.05], viscous_ratios: [0.02])"),
-    ("position_dependent_friction", "(levels: [0.2], harmonics: [3], phases: [0.4])"),
-    ("coupled_friction", "(joint: 5, from: 4, viscous: 0.3, coulomb: 0.1)"),
-    ("presliding_hysteresis", "(levels: [0.3], stiffness: [400])"),
-    ("backlash", "(gaps: [0.002])"),
-    ("joint_spring", "(stiffness: [2.0], rest: [0.1])"),
-    ("torque_ripple", "(amplitudes: [0.3], harmonics: [12], phases: [1])"),
-    ("torque_drift", "(rates: [0.01])"),
-    ("friction_drift", "(coulomb: [0.2], viscous: [0.1], time_s: Some(8))"),
-    ("thermal_friction", "(coulomb: [-0.004], viscous: [-0.02], heating: [0.2], cooling_s: 30, start: [2])"),
-    ("base_tilt", "(x: 0.005, y: -0.003)"),
-    ("payload", "(mass: 1.5, com: (0.02, 0.01, 0.08), inertia: (0.002, 0, 0, 0.003, 0, 0.001))"),
-    ("contact_force", "(force: (3, -2, 5), from_s: 1, to_s: 2, point: (0.0, 0.1, 0.2))"),
-    ("torque_gain", "(gains: [0.05])"),
-    ("time_delay", "(delays_s: [0.0043])"),
-    ("joint_zero_error", "(errors: [0.02])"),
-    ("joint_elasticity", "(compliance: [0.0001])"),
-    (
-        "product",
-        "(joint: 4, amplitude: 0.4, factors: [Velocity(4), Wave(of: 3, k: 3, phase: 0.8), Position(2)])",
-    ),
-];
+/// Every effect with its settings, for a robot of seven joints.
+fn all_written() -> Vec<(&'static str, &'static str)> {
+    let product =
+        "(joint: 4, amplitude: 0.4, factors: [Velocity(4), Wave(of: 3, k: 3, phase: 0.8), Position(2)])";
+    TWINS.iter().map(|twin| (twin.name, twin.example)).chain([("product", product)]).collect()
+}
 
 fn read(name: &str, settings: &str) -> Box<dyn PlantEffect> {
     crate::text::from_ron(&format!("{{\"{name}\": {settings}}}")).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
 fn written(name: &str) -> Box<dyn PlantEffect> {
-    read(name, WRITTEN.iter().find(|(n, _)| *n == name).expect("an effect").1)
+    read(name, all_written().iter().find(|(n, _)| *n == name).expect("an effect").1)
 }
 
 const Q: [f64; 7] = [0.3, -0.4, 0.9, 0.05, -1.2, 0.7, 0.1];
@@ -55,7 +36,7 @@ fn load(effect: &dyn PlantEffect, t: f64, dq: &[f64; 7], own: &[f64]) -> [f64; 7
 
 #[test]
 fn every_effect_of_the_catalogue_is_written_under_its_name_and_read_back() -> Result<()> {
-    for (name, settings) in WRITTEN {
+    for (name, settings) in all_written() {
         let effect = read(name, settings);
         effect.check(7).map_err(|e| e.within(name))?;
         let text = ron::to_string(&effect).map_err(|e| Error::new(e.to_string()))?;
@@ -120,7 +101,7 @@ fn loads_are_what_the_formulas_say() {
 
 #[test]
 fn no_load_is_steeper_than_said() {
-    for (name, _) in WRITTEN {
+    for (name, _) in all_written() {
         let effect = written(name);
         let mut said = [0.0; 7];
         effect.add_steepest_slope(&mut said);

@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::effect::{Moment, PlantEffect};
+use super::twin::{Scope, Twin, boxed, only};
 use super::{PerJoint, check_finite, check_positive, smooth_sign, usual_width};
 use crate::error::Result;
 use crate::text::bounds::{NotNegative, Positive, Seconds};
@@ -44,6 +45,31 @@ impl ThermalFriction {
     fn excess(&self, now: &Moment, j: usize) -> f64 {
         now.own[j] + self.start.of(j) * libm::exp(-now.t / self.cooling_s)
     }
+}
+
+impl ThermalFriction {
+    /// See [`Twin`].
+    pub const TWIN: Twin = Twin {
+        name: "thermal_friction",
+        example: "(coulomb: [-0.004], viscous: [-0.02], heating: [0.2], cooling_s: 30, start: [2])",
+        scope: Scope::Joint,
+        unit: 0.1,
+        limit: 5.0,
+        not_on: &[],
+        make: |j, s, draw| {
+            // The log begins cold; friction grows with warmth so that the sum stays friction.
+            let (heating, cooling_s) = (PerJoint::all(draw.between(0.2, 0.5)), draw.between(10.0, 40.0));
+            boxed(ThermalFriction {
+                coulomb: only(j, s),
+                viscous: PerJoint::default(),
+                heating,
+                cooling_s,
+                reference: 22.0,
+                start: PerJoint::default(),
+                width: 0.005,
+            })
+        },
+    };
 }
 
 #[typetag::serde(name = "thermal_friction")]

@@ -1,8 +1,7 @@
 //! What one effect adds to a joint, and what it is seen against.
 
-use std::collections::BTreeMap;
-
 use super::{JointUnits, Partial, Role, Trace, binned};
+use crate::effects::About;
 
 /// What one effect adds to the torque, with its parameters fitted to all data.
 #[derive(Debug, Clone)]
@@ -25,7 +24,7 @@ impl EffectShare {
     /// effect is made of, where that is not a matter of its name.
     #[allow(clippy::too_many_arguments)] // plain data, given once
     pub fn new(
-        effect: &str,
+        about: &About,
         found: bool,
         joint: usize,
         own: Option<&str>,
@@ -35,7 +34,7 @@ impl EffectShare {
         torque: &[f64],
     ) -> Self {
         let fitted: Vec<&Trace> = traces.iter().filter(|t| t.role != Role::NeverFitted).collect();
-        let own = own.map_or_else(|| own_variable(effect, joint), str::to_string);
+        let own = own.map_or_else(|| about.drawn_against.of_joint(joint), str::to_string);
         let mut names = vec![own.clone()];
         let usual = ["dq", "q", "ddq"].map(|kind| format!("{kind}{}", joint + 1));
         let channels = fitted.first().map_or_else(Vec::new, |t| t.channels.keys().cloned().collect());
@@ -54,32 +53,7 @@ impl EffectShare {
         };
         let by_log = fitted.iter().map(cut).collect();
         let partials = names.into_iter().filter_map(one).collect();
-        Self { effect: effect.to_string(), found, joint, torque: by_log, partials }
-    }
-}
-
-/// The variable that an effect is made of, as far as it is one.
-fn own_variable(effect: &str, joint: usize) -> String {
-    let kinds: BTreeMap<&str, &str> = BTreeMap::from([
-        ("joint_spring", "q"),
-        ("torque_ripple", "q"),
-        ("base_tilt", "q"),
-        ("joint_zero_error", "q"),
-        ("position_dependent_friction", "q"),
-        ("rotor_inertia", "ddq"),
-        ("joint_elasticity", "ddq"),
-        ("torque_gain", "load"),
-        ("load_dependent_friction", "load"),
-        ("payload", "load"),
-        ("torque_offset", "time"),
-        ("torque_drift", "time"),
-        ("friction_drift", "time"),
-        ("thermal_friction", "time"),
-        ("contact_force", "time"),
-    ]);
-    match kinds.get(effect).copied().unwrap_or("dq") {
-        whole @ ("load" | "time") => whole.to_string(),
-        kind => format!("{kind}{}", joint + 1),
+        Self { effect: about.name.to_string(), found, joint, torque: by_log, partials }
     }
 }
 
@@ -130,7 +104,10 @@ fn unit(units: &[JointUnits], joint: usize, variable: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use super::*;
+    use crate::effects::{JointSpring, ScriptedEffect, TorqueDrift, TorqueGain, ViscousFriction};
     use crate::signals::Rows;
 
     fn trace(name: &str, role: Role, from: f64) -> Trace {
@@ -160,15 +137,15 @@ mod tests {
     fn an_effect_is_first_seen_against_its_own_variable() {
         let traces = [trace("a", Role::Fitted, 0.0), trace("b", Role::Fitted, 100.0)];
         let (zero, torque) = (vec![0.0; 60], (0..60).map(f64::from).collect::<Vec<f64>>());
-        let share = |effect: &str, own: Option<&str>| {
-            EffectShare::new(effect, true, 1, own, &traces, &units(), &zero, &torque)
+        let share = |about: About, own: Option<&str>| {
+            EffectShare::new(&about, true, 1, own, &traces, &units(), &zero, &torque)
         };
-        let spring = share("joint_spring", None);
+        let spring = share(JointSpring::ABOUT, None);
         assert_eq!((spring.partials[0].variable.as_str(), spring.partials[0].unit.as_str()), ("q2", "m"));
-        assert_eq!(share("viscous_friction", None).partials[0].unit, "m/s");
-        assert_eq!(share("torque_gain", None).partials[0].unit, "N");
-        assert_eq!(share("script", Some("ddq1")).partials[0].unit, "rad/s²");
-        assert_eq!(share("script", Some("temperature1")).partials[0].unit, "");
+        assert_eq!(share(ViscousFriction::ABOUT, None).partials[0].unit, "m/s");
+        assert_eq!(share(TorqueGain::ABOUT, None).partials[0].unit, "N");
+        assert_eq!(share(ScriptedEffect::ABOUT, Some("ddq1")).partials[0].unit, "rad/s²");
+        assert_eq!(share(ScriptedEffect::ABOUT, Some("temperature1")).partials[0].unit, "");
         // Every variable once; both logs, each with its own rows.
         let mut names: Vec<&str> = spring.partials.iter().map(|p| p.variable.as_str()).collect();
         names.sort_unstable();
@@ -181,7 +158,7 @@ mod tests {
     fn logs_that_are_never_fitted_are_not_counted() {
         let traces = [trace("a", Role::Fitted, 0.0), trace("b", Role::NeverFitted, 100.0)];
         let (zero, torque) = (vec![0.0; 30], vec![1.0; 30]);
-        let share = EffectShare::new("torque_drift", true, 0, None, &traces, &units(), &zero, &torque);
+        let share = EffectShare::new(&TorqueDrift::ABOUT, true, 0, None, &traces, &units(), &zero, &torque);
         assert_eq!(share.torque.len(), 1);
         assert!(share.partials.iter().all(|p| p.bins.iter().all(|b| b.at < 300.0)));
     }

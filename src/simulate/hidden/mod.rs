@@ -237,8 +237,8 @@ fn baseline(robot: &Robot, choices: &[Choice], width: f64) -> Vec<Box<dyn Effect
     };
     vec![
         Box::new(RigidBody::default()),
-        Box::new(ViscousFriction { joints: others("viscous_friction") }),
-        Box::new(CoulombFriction { joints: others("coulomb_friction"), width }),
-        Box::new(TorqueOffset { joints: others("torque_offset") }),
+        Box::new(ViscousFriction { joints: others(ViscousFriction::ABOUT.name) }),
+        Box::new(CoulombFriction { joints: others(CoulombFriction::ABOUT.name), width }),
+        Box::new(TorqueOffset { joints: others(TorqueOffset::ABOUT.name) }),
     ]
 }

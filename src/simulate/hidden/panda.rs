@@ -46,9 +46,9 @@ impl Ground {
             }
             drawn
         };
-        let viscous = near(VISCOUS, "viscous_friction");
-        let coulomb = near(COULOMB, "coulomb_friction");
-        let offset = near(OFFSET, "torque_offset");
+        let viscous = near(VISCOUS, ViscousFriction::TWIN.name);
+        let coulomb = near(COULOMB, CoulombFriction::TWIN.name);
+        let offset = near(OFFSET, TorqueOffset::TWIN.name);
         // From sharper to softer than a model's usual sign, evenly in the logarithm.
         let width = 2e-3 * libm::pow(10.0, stream.uniform());
         Self { viscous, coulomb, offset, width }

@@ -20,7 +20,7 @@ function factsOf(state) {
   return {
     path, shown: shown.id, against: state.against, parent: shown.parent, floor: floor(root),
     aside: state.steps.filter((s) => !state.path.includes(s.id)).map(one),
-    all: state.steps.map(one), base: root.effects.includes("coulomb_friction") ? "classic" : "rigid",
+    all: state.steps.map(one), base: root.friction ? "classic" : "rigid",
     retrieving: state.job?.kind === "retrieve",
   };
 }
