@@ -7,10 +7,10 @@ mod data;
 #[path = "workbench/door.rs"]
 mod door;
 
-#[path = "workbench/stop.rs"]
-mod stop;
 #[path = "workbench/owned.rs"]
 mod owned;
+#[path = "workbench/stop.rs"]
+mod stop;
 #[path = "workbench/work.rs"]
 mod work;
 

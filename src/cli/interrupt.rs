@@ -50,7 +50,7 @@ impl Interrupt {
             std::thread::sleep(PATIENCE);
             if !own.seen.load(Ordering::SeqCst) {
                 super::say(
-                    "a long step is under way; what was found is kept after it (Ctrl-C again ends at once)"
+                    "a long step is under way; what was found is kept after it (Ctrl-C again ends at once)",
                 );
             }
         });

@@ -63,7 +63,7 @@ impl Bench {
 
     /// With so many open files at most.
     #[cfg(unix)]
-    pub fn open_within(files: &Files, most_open: usize) -> Self {
+    pub fn open_with_files(files: &Files, most_open: usize) -> Self {
         let mut shell = Command::new("sh");
         let program = env!("CARGO_BIN_EXE_lacuna");
         shell.args(["-c", &format!("ulimit -n {most_open}; exec \"$@\""), "sh", program]);

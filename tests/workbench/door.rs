@@ -20,7 +20,7 @@ fn is_closed(mut stream: &TcpStream, within: Duration) -> bool {
 #[test]
 fn idle_connections_keep_nobody_out() {
     let files = Files::new();
-    let bench = Bench::open_within(&files, 64);
+    let bench = Bench::open_with_files(&files, 64);
     // One after the other: what comes in later pushes out what came first.
     let strangers: Vec<TcpStream> = (0..100).map(|_| bench.connect()).collect();
     let bench = bench.enter();

@@ -6,8 +6,8 @@ use super::effect::{Moment, PlantEffect};
 use super::twin::{Scope, Twin, boxed, only, phase};
 use super::{PerJoint, check_positive, smooth_sign, usual_width};
 use crate::error::Result;
-use crate::text::bounds::{NotNegative, Positive};
 use crate::plant::CoulombFriction;
+use crate::text::bounds::{NotNegative, Positive};
 
 /// A spring across the joint, such as a bundle of cables: `stiffness (q - rest)`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
