@@ -11,6 +11,8 @@ mod names;
 mod paths;
 #[path = "bad_input/robots.rs"]
 mod robots;
+#[path = "bad_input/ron.rs"]
+mod ron;
 #[path = "bad_input/scenarios.rs"]
 mod scenarios;
 

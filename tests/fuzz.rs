@@ -1,6 +1,8 @@
 //! Whatever is thrown at the readers and at a whole study, nothing panics: errors say where, and results
 //! are finite. Short by default; `PROPTEST_CASES` sets how many cases are tried.
 
+#[path = "fuzz/changes.rs"]
+mod changes;
 #[path = "fuzz/structure.rs"]
 mod structure;
 

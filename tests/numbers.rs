@@ -77,10 +77,10 @@ fn the_walk_itself() {
 fn every_plug_in_has_an_example() {
     let all = all();
     for (room, known) in [
-        ("effects", plugins::names_in("src/effects")),
-        ("plant", plugins::names_in("src/plant")),
-        ("constraints", plugins::names_in("src/constraints")),
-        ("retrieval", plugins::names_in("src/retrieval")),
+        ("effects", plugins::names_in("crates/lacuna/src/effects")),
+        ("plant", plugins::names_in("crates/lacuna-plant/src")),
+        ("constraints", plugins::names_in("crates/lacuna/src/constraints")),
+        ("retrieval", plugins::names_in("crates/lacuna-retrieval/src")),
     ] {
         assert!(known.len() >= 4, "{room}: {known:?}");
         for name in known {

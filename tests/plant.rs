@@ -7,8 +7,9 @@ use lacuna::excitation::{FourierMotion, Motion, Ramped, panda_table_ii};
 use lacuna::plant::{
     Controller, CoulombFriction, ForwardDynamics, Gains, Method, Moment, PerJoint, Plant, PlantEffect,
     PreslidingHysteresis, Reader, Sensors, SigmoidFriction, Simulation, TorqueOffset, Truth, ViscousFriction,
-    WorldFrame, toys,
+    WorldFrame,
 };
+use lacuna::robot::samples;
 use lacuna::robot::{InertialParameters, JointKind, Pose, Robot};
 use lacuna::{Error, Result};
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -49,7 +50,7 @@ const PANDA_INERTIAS: [[f64; 6]; 7] = [
 ];
 
 fn panda() -> Robot {
-    let mut builder = toys::Builder::new("panda");
+    let mut builder = samples::Builder::new("panda");
     for (i, [a, alpha, d]) in PANDA_DH.into_iter().enumerate() {
         let tilt = Rotation3::from_axis_angle(&Vector3::x_axis(), alpha).into_inner();
         let before =
@@ -186,7 +187,7 @@ fn seed_decides_on_noise_alone_and_repeats_to_the_bit() -> Result<()> {
 
 #[test]
 fn chosen_steps_are_small_enough() -> Result<()> {
-    for robot in [toys::two_link(), toys::seven_joint(), toys::branched(), toys::cart_pole()] {
+    for robot in [samples::two_link(), samples::seven_joint(), samples::branched(), samples::cart_pole()] {
         let motion = FourierMotion::random(&robot, 3, 4, 6.0, 0.6)?;
         let mut plant = Plant::new(robot)?
             .with_effect(ViscousFriction { coefficients: PerJoint::all(0.4) })
@@ -205,7 +206,7 @@ fn chosen_steps_are_small_enough() -> Result<()> {
 #[test]
 fn implicit_steps_agree_with_smaller_explicit_ones() -> Result<()> {
     // Steep friction, presliding and feedback, on every kind of robot.
-    for robot in [panda(), toys::seven_joint(), toys::branched(), toys::cart_pole()] {
+    for robot in [panda(), samples::seven_joint(), samples::branched(), samples::cart_pole()] {
         let motion = FourierMotion::random(&robot, 3, 4, 6.0, 0.5)?;
         let mut plant = Plant::new(robot)?
             .with_effect(ViscousFriction { coefficients: PerJoint::all(0.2) })
@@ -252,7 +253,7 @@ fn slope_mismatch(truth: &Truth, dt: f64) -> f64 {
 
 #[test]
 fn implicit_steps_converge_with_order_two() -> Result<()> {
-    let mut plant = Plant::new(toys::two_link())?
+    let mut plant = Plant::new(samples::two_link())?
         .with_effect(ViscousFriction { coefficients: PerJoint::all(0.5) })
         .with_effect(SigmoidFriction {
             phi1: PerJoint::all(0.8),
@@ -277,7 +278,7 @@ fn implicit_steps_converge_with_order_two() -> Result<()> {
 fn a_pendulum_log_gives_its_parameters_back() -> Result<()> {
     // tau = p1 ddq + p2 sin q + p3 dq + p4 tanh(dq / width) + p5, solved here from noise-free samples.
     let (mass, length, inertia) = (1.4, 0.35, 0.03);
-    let plant = Plant::new(toys::pendulum(mass, length, inertia))?
+    let plant = Plant::new(samples::pendulum(mass, length, inertia))?
         .with_effect(ViscousFriction { coefficients: PerJoint::all(0.25) })
         .with_effect(CoulombFriction { levels: PerJoint::all(0.6), width: 0.02 })
         .with_effect(TorqueOffset { offsets: PerJoint::all(-0.15) });
@@ -301,8 +302,8 @@ fn a_pendulum_log_gives_its_parameters_back() -> Result<()> {
 
 #[test]
 fn hopeless_simulations_say_so() -> Result<()> {
-    let motion = FourierMotion::random(&toys::two_link(), 1, 3, 5.0, 0.5)?;
-    let mut plant = Plant::new(toys::two_link())?;
+    let motion = FourierMotion::random(&samples::two_link(), 1, 3, 5.0, 0.5)?;
+    let mut plant = Plant::new(samples::two_link())?;
     let gains = Gains { stiffness: PerJoint::all(1e7), damping: PerJoint::all(1e5) };
     plant.controller = Controller { gains: Some(gains), ..Controller::default() };
     let error = plant.simulate(&motion, 1.0, 0).expect_err("too stiff");
@@ -313,17 +314,17 @@ fn hopeless_simulations_say_so() -> Result<()> {
         error.message().contains("diverged before t = 0.") && error.to_string().contains("help"),
         "{error}"
     );
-    let massless = Plant::with_parameters(toys::two_link(), vec![0.0; 20]);
+    let massless = Plant::with_parameters(samples::two_link(), vec![0.0; 20]);
     assert!(massless.simulate(&motion, 1.0, 0).is_err());
-    let other = Plant::new(toys::pendulum(1.0, 1.0, 0.1))?;
+    let other = Plant::new(samples::pendulum(1.0, 1.0, 0.1))?;
     assert!(other.simulate(&motion, 1.0, 0).is_err(), "a motion of two joints for one");
-    assert!(Plant::new(toys::two_link())?.simulate(&motion, f64::NAN, 0).is_err());
+    assert!(Plant::new(samples::two_link())?.simulate(&motion, f64::NAN, 0).is_err());
     Ok(())
 }
 
 #[test]
 fn torque_limits_hold() -> Result<()> {
-    let mut plant = Plant::new(toys::two_link())?;
+    let mut plant = Plant::new(samples::two_link())?;
     let motion = FourierMotion::random(&plant.robot, 1, 3, 5.0, 0.5)?;
     plant.controller.torque_limits = Some([6.0, 1.5].into());
     let truth = plant.simulate(&motion, 1.0, 0)?.truth;
@@ -364,7 +365,7 @@ impl PlantEffect for TwistSpring {
 fn a_strangers_effect_with_memory_is_integrated_with_the_motion() -> Result<()> {
     let text =
         "[{\"viscous_friction\": (coefficients: [0.2])}, {\"outside_twist_spring\": (stiffness: 3.0)}]";
-    let mut plant = Plant::new(toys::two_link())?;
+    let mut plant = Plant::new(samples::two_link())?;
     plant.effects = ron::from_str(text).map_err(|e| Error::new(e.to_string()))?;
     let motion = FourierMotion::random(&plant.robot, 4, 3, 5.0, 0.5)?;
     let truth = plant.simulate(&motion, 2.0, 0)?.truth;

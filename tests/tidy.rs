@@ -28,11 +28,44 @@ fn files(folder: &str, kinds: &[&str]) -> Vec<PathBuf> {
     found
 }
 
-/// The room a source file belongs to: its first folder or its own name below `src`.
+/// Folders with the sources of the program and of every crate of the library.
+const SOURCES: [&str; 6] = [
+    "src",
+    "crates/lacuna/src",
+    "crates/lacuna-base/src",
+    "crates/lacuna-nlopt/src",
+    "crates/lacuna-plant/src",
+    "crates/lacuna-retrieval/src",
+];
+
+fn all_rust_files() -> Vec<PathBuf> {
+    SOURCES.iter().flat_map(|folder| rust_files(folder)).collect()
+}
+
+/// The room a source file belongs to: its first folder or its own name below `src`, or a crate that is a room itself.
 fn room(path: &Path) -> String {
-    let below = path.strip_prefix("src").expect("a source file");
-    let first = below.components().next().expect("a name").as_os_str().to_string_lossy().into_owned();
+    let path = path.to_string_lossy().replace('\\', "/");
+    for own in ["nlopt", "plant", "retrieval"] {
+        let inside = path.strip_prefix(&format!("crates/lacuna-{own}/src/"));
+        if let Some(file) = inside {
+            let module = file.trim_end_matches(".rs");
+            return if ["form", "space"].contains(&module) { module } else { own }.to_string();
+        }
+    }
+    let (_, below) = path.split_once("src/").expect("a source file");
+    let first = below.split('/').next().expect("a name");
     first.trim_end_matches(".rs").to_string()
+}
+
+/// The rooms that a line of code uses, in every path of it.
+fn used(line: &str) -> Vec<String> {
+    if line.trim_start().starts_with("//") {
+        return Vec::new();
+    }
+    let crates = ["crate::", "lacuna_base::", "lacuna::"];
+    let after = |prefix: &'static str| line.split(prefix).skip(1);
+    let name = |rest: &str| rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
+    crates.into_iter().flat_map(after).map(name).filter(|name| !name.is_empty()).collect()
 }
 
 /// What each room may use, besides itself, `error`, `text` and `stop`; as drawn in ARCHITECTURE.md.
@@ -147,41 +180,55 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
 #[test]
 fn rooms_use_only_what_they_may() {
     let rules = allowed();
-    for path in rust_files("src") {
+    for path in all_rust_files() {
         let room = room(&path);
-        let Some(may) = rules.get(room.as_str()) else { continue };
+        // A crate's borders are held by its manifest.
+        let of_crate = ["nlopt", "plant", "retrieval", "form", "space"].contains(&room.as_str());
+        let Some(may) = rules.get(room.as_str()).filter(|_| !of_crate) else { continue };
         let text = fs::read_to_string(&path).expect("reads");
         let code = text.split("#[cfg(test)]").next().unwrap_or_default();
         for (number, line) in code.lines().enumerate() {
-            let Some(used) = line.split("crate::").nth(1).filter(|_| !line.trim_start().starts_with("//"))
-            else {
-                continue;
-            };
-            let used: String = used.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
-            let free = [room.as_str(), "error", "text", "stop", "Error", "Result"];
-            assert!(
-                free.contains(&used.as_str()) || may.contains(&used.as_str()),
-                "{}:{}: `{room}` may not use `{used}`",
-                path.display(),
-                number + 1
-            );
+            for used in used(line) {
+                let free = [room.as_str(), "error", "text", "stop", "Error", "Result"];
+                assert!(
+                    free.contains(&used.as_str()) || may.contains(&used.as_str()),
+                    "{}:{}: `{room}` may not use `{used}`",
+                    path.display(),
+                    number + 1
+                );
+            }
         }
     }
 }
 
+/// Names of our own crates that a manifest depends on.
+fn own_crates(manifest: &str) -> Vec<String> {
+    let text = fs::read_to_string(manifest).expect("reads");
+    let (_, dependencies) = text.split_once("[dependencies]").expect("a list of dependencies");
+    let lines = dependencies.lines().filter(|line| line.starts_with("lacuna"));
+    lines.map(|line| line.split(['.', ' ', '=']).next().expect("a name").to_string()).collect()
+}
+
 #[test]
 fn the_plant_shares_no_code_with_what_is_fitted() {
-    for path in rust_files("src/plant").into_iter().chain(rust_files("src/excitation")) {
-        let text = fs::read_to_string(&path).expect("reads");
-        for forbidden in ["crate::kernels", "crate::effects", "crate::model", "crate::identify"] {
-            assert!(!text.contains(forbidden), "{} uses {forbidden}", path.display());
+    assert_eq!(own_crates("crates/lacuna-plant/Cargo.toml"), ["lacuna-base"]);
+    assert!(own_crates("crates/lacuna-base/Cargo.toml").is_empty());
+    assert_eq!(own_crates("crates/lacuna-retrieval/Cargo.toml"), ["lacuna-base", "lacuna-lapack"]);
+}
+
+#[test]
+fn the_library_knows_no_server_and_no_command_line() {
+    for name in ["lacuna", "lacuna-base", "lacuna-plant", "lacuna-retrieval"] {
+        let text = fs::read_to_string(format!("crates/{name}/Cargo.toml")).expect("reads");
+        for foreign in ["axum", "hyper", "tokio", "clap", "ctrlc", "signal-hook"] {
+            assert!(!text.contains(foreign), "{name} depends on {foreign}");
         }
     }
 }
 
 #[test]
 fn only_the_simulation_knows_where_the_truth_lies() {
-    for path in rust_files("src").into_iter().filter(|p| !p.starts_with("src/simulate")) {
+    for path in all_rust_files().into_iter().filter(|p| !p.starts_with("crates/lacuna/src/simulate")) {
         let text = fs::read_to_string(&path).expect("reads");
         for word in ["\"truth\"", "\"truth/", "/truth\"", "/truth/", "plant.ron"] {
             assert!(!text.contains(word), "{} knows {word}", path.display());
@@ -191,7 +238,7 @@ fn only_the_simulation_knows_where_the_truth_lies() {
 
 #[test]
 fn files_stay_short() {
-    for folder in ["src", "tests", "benches"] {
+    for folder in ["src", "crates", "tests", "benches"] {
         for path in rust_files(folder) {
             let lines = fs::read_to_string(&path).expect("reads").lines().count();
             assert!(lines <= 420, "{} has {lines} lines: split it", path.display());
@@ -202,7 +249,7 @@ fn files_stay_short() {
 #[test]
 fn every_room_has_a_map_entry() {
     let map = fs::read_to_string("ARCHITECTURE.md").expect("the map is there");
-    for path in rust_files("src") {
+    for path in all_rust_files() {
         let room = room(&path);
         if !["main", "lib"].contains(&room.as_str()) {
             assert!(map.contains(&format!("`{room}`")), "ARCHITECTURE.md does not know `{room}`");
@@ -213,17 +260,17 @@ fn every_room_has_a_map_entry() {
 /// Where an effect may be called by name all the same: file, name, reason.
 const BY_NAME: [(&str, &str, &str); 3] = [
     (
-        "src/text/explain.rs",
+        "crates/lacuna-base/src/text/explain.rs",
         "viscous_friction",
         "the example of every message about a list; `text` knows no effects",
     ),
     (
-        "src/benchmark/answers.ron",
+        "crates/lacuna/src/benchmark/answers.ron",
         "thermal_friction",
         "rules of published tables, fixed in one place before them",
     ),
     (
-        "src/benchmark/answers.ron",
+        "crates/lacuna/src/benchmark/answers.ron",
         "friction_drift",
         "rules of published tables, fixed in one place before them",
     ),
@@ -245,8 +292,9 @@ fn lines_that_name(code: &str, effect: &str) -> Vec<usize> {
 fn nobody_asks_for_an_effect_by_its_name() {
     assert_eq!(lines_that_name("// \"backlash\"\nif name == \"backlash\" {", "backlash"), [2]);
     assert_eq!(lines_that_name(r#"help("add {\"backlash\": ()}")"#, "backlash"), [1]);
-    let sources: Vec<(String, String)> = files("src", &["rs", "js", "ron", "json"])
-        .into_iter()
+    let sources: Vec<(String, String)> = SOURCES
+        .iter()
+        .flat_map(|folder| files(folder, &["rs", "js", "ron", "json"]))
         .filter(|path| !path.ends_with("tests.rs"))
         .map(|path| (path.to_string_lossy().replace('\\', "/"), fs::read_to_string(&path).expect("reads")))
         .collect();
@@ -285,14 +333,15 @@ fn the_recipe_for_an_effect_is_true() {
         assert!(Path::new(file).exists(), "CONTRIBUTING names {file}, which is not there");
     }
     let places: Vec<&String> = named.iter().filter(|file| file.contains('<')).collect();
-    assert_eq!(places, ["src/effects/<name>.rs", "src/plant/physics/<name>.rs"]);
-    let catalogue = fs::read_to_string("src/effects/catalogue.rs").expect("reads");
+    assert_eq!(places, ["crates/lacuna/src/effects/<name>.rs", "crates/lacuna-plant/src/physics/<name>.rs"]);
+    let catalogue = fs::read_to_string("crates/lacuna/src/effects/catalogue.rs").expect("reads");
     let cases: String = ["hidden", "local", "recovered", "bodies", "built_from_torque"]
         .iter()
         .map(|file| fs::read_to_string(format!("tests/effects/{file}.rs")).expect("reads"))
         .collect();
     for about in CATALOGUE.iter().map(|entry| entry.about) {
-        let own = fs::read_to_string(format!("src/effects/{}.rs", about.name)).expect("a file of its own");
+        let own = fs::read_to_string(format!("crates/lacuna/src/effects/{}.rs", about.name))
+            .expect("a file of its own");
         let kind =
             own.split("impl Effect for ").nth(1).and_then(|rest| rest.split(' ').next()).expect("a type");
         assert!(own.contains(&format!("name: \"{}\"", about.name)), "{} does not say its name", about.name);

@@ -1,4 +1,4 @@
-use lacuna::workbench::{Options, Workbench as Open};
+use crate::workbench::{Options, Workbench as Open};
 use lacuna::{Error, Result};
 use serde_json::json;
 

@@ -23,6 +23,8 @@ mod scan;
 mod scripts;
 mod state;
 mod study;
+#[cfg(test)]
+mod tampered;
 mod work;
 mod written;
 

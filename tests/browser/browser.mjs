@@ -71,7 +71,7 @@ export function hostile() {
 
 /** Serves the page's modules as they are, as a program would. */
 export async function serve(html) {
-  const folder = join(root, "src/report/page");
+  const folder = join(root, "crates/lacuna/src/report/page");
   const types = { ".js": "text/javascript", ".css": "text/css" };
   const server = createServer((request, response) => {
     const type = types[extname(request.url)];

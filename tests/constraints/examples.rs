@@ -91,11 +91,11 @@ fn count(text: &str, line: impl Fn(&str) -> bool) -> usize {
 
 #[test]
 fn every_constraint_has_the_pieces_of_its_recipe_and_no_file_lacks_them() {
-    let list = fs::read_to_string("src/constraints/mod.rs").expect("it is there");
+    let list = fs::read_to_string("crates/lacuna/src/constraints/mod.rs").expect("it is there");
     let cases = fs::read_to_string("tests/constraints/cases.rs").expect("it is there");
     for about in abouts() {
         let name = about.name;
-        let file = fs::read_to_string(format!("src/constraints/{name}.rs")).expect(name);
+        let file = fs::read_to_string(format!("crates/lacuna/src/constraints/{name}.rs")).expect(name);
         for piece in
             [format!("#[typetag::serde(name = \"{name}\")]"), format!("name: \"{name}\""), "example: ".into()]
         {
@@ -112,7 +112,7 @@ fn every_constraint_has_the_pieces_of_its_recipe_and_no_file_lacks_them() {
         assert_eq!(count(&list, |l| l == format!("|| {kind}::ABOUT,")), 1, "{name}");
         assert!(cases.contains(&format!("{{\"{name}\": (")), "no case of {name}");
     }
-    let files = fs::read_dir("src/constraints").expect("it is there");
+    let files = fs::read_dir("crates/lacuna/src/constraints").expect("it is there");
     let texts = files.map(|file| fs::read_to_string(file.expect("a file").path()).expect("reads"));
     let kinds = texts.filter(|text| text.contains("\nimpl Constraint for ")).count();
     assert_eq!(kinds, CATALOGUE.len(), "a constraint is missing in the catalogue");
