@@ -120,7 +120,7 @@ fn rows(path: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
 
 fn csv(header: &[String], rows: &[Vec<f64>]) -> String {
     let line = |row: &Vec<f64>| row.iter().map(f64::to_string).collect::<Vec<_>>().join(",") + "\n";
-    header.join(",") + "\n" + &rows.iter().map(line).collect::<String>()
+    format!("{}\n{}", header.join(","), rows.iter().map(line).collect::<String>())
 }
 
 /// The lesson of a well-known toolbox: one joint lacks Coulomb friction in the model, damping and rotor inertia

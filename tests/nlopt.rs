@@ -1,5 +1,4 @@
 //! The engine `nlopt` on the Panda's two-step problem; only where it is part of the build.
-#![cfg(feature = "nlopt")]
 
 #[path = "common/panda_problem.rs"]
 mod panda_problem;
@@ -15,6 +14,7 @@ use panda_problem::panda_two_step;
 const OPTIMUM: f64 = 3.726_204_8e-4;
 
 fn solve(engine: &NloptEngine, seed: u64) -> (Retrieved, Audit) {
+    lacuna_nlopt::install();
     let problem = panda_two_step(seed);
     let start = std::time::Instant::now();
     let found = engine.retrieve(&problem, &|_| ControlFlow::Continue(())).expect("runs");
@@ -47,6 +47,7 @@ fn the_subspace_simplex_stays_far_behind() {
 
 #[test]
 fn it_can_be_stopped() {
+    lacuna_nlopt::install();
     let calls = AtomicUsize::new(0);
     let stop = |_: &Step| {
         if calls.fetch_add(1, Ordering::Relaxed) > 2 {

@@ -3,8 +3,8 @@
 
 use lacuna::robot::Robot;
 
+use super::common;
 use super::{all_links, brick};
-use crate::common;
 
 pub struct Case {
     pub ron: &'static str,

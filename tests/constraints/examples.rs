@@ -7,7 +7,7 @@ use lacuna::conformance;
 use lacuna::constraints::{About, CATALOGUE, Constraint};
 use lacuna::text;
 
-use crate::common;
+use super::common;
 
 fn abouts() -> Vec<About> {
     CATALOGUE.iter().map(|about| about()).collect()

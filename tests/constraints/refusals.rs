@@ -7,8 +7,8 @@ use lacuna::constraints::{self, Constraint, LinkSpace, search_space};
 use lacuna::robot::Robot;
 use lacuna::text;
 
+use super::common;
 use super::{FIXTURES, constraint};
-use crate::common;
 
 fn unread(ron: &str) -> String {
     let read = text::from_ron::<Vec<Box<dyn Constraint>>>(&format!("[\n  {ron}\n]"));

@@ -4,8 +4,8 @@ use lacuna::effects::{ContactForce, Effect, Payload};
 use lacuna::robot::{InertialParameters, Robot};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
-use crate::common::robot;
-use crate::motion::{at, columns, run, torque};
+use super::common::robot;
+use super::motion::{at, columns, run, torque};
 
 fn body() -> InertialParameters {
     let inertia = Matrix3::new(0.011, 0.001, -0.002, 0.001, 0.013, 0.0005, -0.002, 0.0005, 0.009);

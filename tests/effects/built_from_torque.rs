@@ -6,8 +6,8 @@ use lacuna::effects::{
 use lacuna::robot::Robot;
 use nalgebra::{Rotation3, Vector3};
 
-use crate::common::robot;
-use crate::motion::{at, columns, run, torque};
+use super::common::robot;
+use super::motion::{at, columns, run, torque};
 
 const DT: f64 = 0.002;
 const SAMPLES: usize = 600;

@@ -10,8 +10,8 @@ use lacuna::robot::Robot;
 use lacuna::signals::Run;
 use lacuna::text::{from_ron, to_ron};
 
-use crate::common::robot;
-use crate::motion::run;
+use super::common::robot;
+use super::motion::run;
 
 /// Names that scenarios, model files and the command line use.
 const NAMES: [&str; 26] = [
@@ -256,7 +256,7 @@ fn what_steps_at_rest_says_so() {
             }
             run.model = Some(std::sync::Arc::new(model));
         }
-        let found = crate::motion::columns(&robot, &run, effect.with_width(0.0).as_ref());
+        let found = super::motion::columns(&robot, &run, effect.with_width(0.0).as_ref());
         let steps = found.iter().flatten().any(|rows| {
             let mean = |odd: usize| rows.iter().skip(300 + odd).step_by(2).sum::<f64>() / 150.0;
             (mean(0) - mean(1)).abs() > 0.01

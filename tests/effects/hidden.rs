@@ -4,8 +4,8 @@ use lacuna::effects::Effect;
 use lacuna::plant::PlantEffect;
 use lacuna::text::from_ron;
 
-use crate::common::robot;
-use crate::recovered::{found, plant, truth};
+use super::common::robot;
+use super::recovered::{found, plant, truth};
 
 /// Phase of hidden waves \[rad\].
 const PHASE: f64 = 0.5;

@@ -7,8 +7,8 @@ use lacuna::effects::{
 };
 use nalgebra::DMatrix;
 
-use crate::common::robot;
-use crate::motion::run;
+use super::common::robot;
+use super::motion::run;
 
 /// An effect, values that can be, and values that cannot.
 type Case = (Box<dyn Effect>, &'static [f64], &'static [f64]);

@@ -6,8 +6,8 @@ use lacuna::effects::{
     StribeckFriction, ThermalFriction, TorqueDrift, TorqueRipple, Warmth,
 };
 
-use crate::common::robot;
-use crate::motion::{columns, joint_at, run, torque};
+use super::common::robot;
+use super::motion::{columns, joint_at, run, torque};
 
 fn third() -> Joints {
     Joints::Only(vec!["3".to_string()])
@@ -104,7 +104,7 @@ fn coupled_friction_follows_the_other_joint() {
 #[test]
 fn load_dependent_friction_follows_the_rigid_torque() {
     let robot = robot("panda.ron");
-    let load = |t: f64| torque(&robot, &crate::motion::at(&robot, t))[2].abs();
+    let load = |t: f64| torque(&robot, &super::motion::at(&robot, t))[2].abs();
     let of = |part| LoadDependentFriction { joints: third(), part, width: 0.0 };
     check(&of(FrictionPart::Coulomb), &[&|[_, v, _], t| signum(v) * load(t)]);
     check(&of(FrictionPart::Viscous), &[&|[_, v, _], t| v * load(t)]);

@@ -4,8 +4,8 @@ use lacuna::effects::{Joints, PreslidingHysteresis};
 use lacuna::model::{Model, ModelBlock};
 use lacuna::signals::Run;
 
-use crate::common::robot;
-use crate::motion::{columns, run};
+use super::common::robot;
+use super::motion::{columns, run};
 
 fn effect(s: f64, width: f64) -> PreslidingHysteresis {
     PreslidingHysteresis { joints: Joints::Only(vec!["4".to_string()]), s, width }

@@ -13,7 +13,7 @@ use lacuna::robot::Robot;
 use lacuna::signals::{Folds, Run, central_difference};
 use nalgebra::Vector3;
 
-use crate::common::robot;
+use super::common::robot;
 
 const VISCOUS: f64 = 0.7;
 const OFFSET: f64 = 0.3;

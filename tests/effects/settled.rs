@@ -10,7 +10,7 @@ use lacuna::predict::{predict, prediction_errors};
 use lacuna::robot::Robot;
 use lacuna::signals::{Folds, Run};
 
-use crate::common::robot;
+use super::common::robot;
 
 /// A simulated motion with the plant's own accelerations and torques, every tenth sample.
 pub fn exact_run(robot: &Robot, seed: u64) -> Run {

@@ -8,8 +8,8 @@ use lacuna::predict::{predict, prediction_errors};
 use lacuna::signals::prepare;
 use lacuna::{study, text};
 
-use crate::common::robot;
-use crate::settled::exact_run;
+use super::common::robot;
+use super::settled::exact_run;
 
 #[test]
 fn a_model_file_repeats_the_errors_of_its_study() {

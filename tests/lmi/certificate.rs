@@ -5,8 +5,8 @@ use lacuna::retrieval::certificate::{BoundIs, lower_bound, taken};
 use lacuna::retrieval::{LmiEngine, Multiplier, RetrievalEngine, audit};
 use std::sync::Arc;
 
-use crate::small::{Dice, known};
-use crate::{panda, quiet};
+use super::small::{Dice, known};
+use super::{panda, quiet};
 
 #[test]
 fn known_optima_are_found_and_certified() {

@@ -5,7 +5,7 @@ use lacuna::retrieval::{
     BodyMatrix, Chosen, LmiEngine, Problem, RetrievalEngine, Slack, TieBreak, audit, choose,
 };
 
-use crate::{panda, quiet};
+use super::{panda, quiet};
 
 /// The paper's feasible parameters (Tables VIII and IX; `c6z` corrected, `c1z`, which no torque shows, 0): stand in
 /// for values of a drawing.

@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use lacuna::form::{Affine, Body, Form};
 use lacuna::retrieval::{LmiEngine, RetrievalEngine, Slack, audit, intervals};
 
-use crate::small::known;
-use crate::{panda, quiet};
+use super::small::known;
+use super::{panda, quiet};
 
 /// Optimum with the repository's bounds, computed independently with two other solvers.
 const REFERENCE: f64 = 3.726_204_8e-4;

@@ -5,7 +5,7 @@ use std::path::Path;
 use lacuna::constraints::{self, Constraint, LinkSpace, search_space};
 use lacuna::retrieval::{Audit, LmiEngine, Problem, RetrievalEngine, audit};
 
-use crate::{panda, quiet};
+use super::{panda, quiet};
 
 /// With the shipped bounds and `extra` constraints in RON.
 fn problem(extra: &[&str]) -> Problem {

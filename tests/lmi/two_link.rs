@@ -9,7 +9,7 @@ use lacuna::retrieval::{
 use lacuna::robot::Robot;
 use nalgebra::DVector;
 
-use crate::quiet;
+use super::quiet;
 
 /// Radii \[m\] of link 1, of link 2 and of its tip: Table VI of the supplement.
 const RADII: [f64; 3] = [0.15, 0.08, 0.02];

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use crate::data::Files;
+use super::data::Files;
 
 /// Longest time to wait for anything.
 const PATIENCE: Duration = Duration::from_secs(40);

@@ -4,8 +4,8 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-use crate::client::Bench;
-use crate::data::Files;
+use super::client::Bench;
+use super::data::Files;
 
 /// Whether the other side has closed the connection, or does so in time.
 fn is_closed(mut stream: &TcpStream, within: Duration) -> bool {

@@ -4,8 +4,8 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::client::Bench;
-use crate::data::Files;
+use super::client::Bench;
+use super::data::Files;
 
 const ROBOT: [&str; 2] = ["--robot", "two_link.ron"];
 const ARGS: [&str; 4] = ["--robot", "two_link.ron", "--data", "logs/fit.csv.gz"];

@@ -1,7 +1,7 @@
 //! Stopping what runs.
 
-use crate::client::{Bench, json};
-use crate::data::Files;
+use super::client::{Bench, json};
+use super::data::Files;
 
 /// An effect that takes minutes on the rows of a log.
 const SLOW: &str = r#"fn about() {

@@ -1,7 +1,7 @@
 //! What is done at a workbench: from dropped files to a model and back.
 
-use crate::client::{Bench, json};
-use crate::data::Files;
+use super::client::{Bench, json};
+use super::data::Files;
 
 #[test]
 fn a_study_from_dropped_files_to_a_smaller_error_and_back() {
