@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds the program for others: as `cargo build --release`, but without the paths of this machine, which panic messages
+# Builds the program for others: in the profile `dist`, and without the paths of this machine, which panic messages
 # carry otherwise. Further arguments go to cargo (--target, --features).
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -15,11 +15,11 @@ for registry in "$home"/registry/src/*/; do
 done
 CARGO_ENCODED_RUSTFLAGS=$(IFS=$'\x1f'; echo "${flags[*]}")
 export CARGO_ENCODED_RUSTFLAGS
-cargo build --release --locked "$@"
+cargo build --profile dist --locked "$@"
 
 target=${CARGO_TARGET_DIR:-target}
 found=0
-for program in "$target"/release/lacuna "$target"/*/release/lacuna; do
+for program in "$target"/dist/lacuna "$target"/*/dist/lacuna; do
     [ -f "$program" ] || continue
     found=1
     for path in "$HOME/" "$home" "$sysroot" "$here"; do

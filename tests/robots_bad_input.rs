@@ -224,7 +224,7 @@ fn tables() {
     check_table("-9.81", "NaN", (5, 25), "not a usable number");
     check_table("alpha: 0.0, d: 0.2", "d: 0.2", (16, 9), "`alpha` is missing");
     check_table("alpha: 0.0, d: 0.2", "alfa: 0.0, d: 0.2", (10, 21), "expected one of");
-    check_table("theta: 30.0", "theta: \"30\"", (10, 47), "Expected float");
+    check_table("theta: 30.0", "theta: \"30\"", (10, 47), "a number is expected");
     check_table("lower: -60.0", "lower: 61.0", (11, 76), "above the upper limit");
     check_table("com: (0.1, 0.0, 0.0),", "", (15, 13), "`com` is missing");
     check_table("zz: 0.02", "zz: inf", (14, 77), "not a usable number");
@@ -244,7 +244,7 @@ fn texts_that_are_no_table() {
         assert!(error.place().is_some_and(|p| p.line.is_some() && p.column.is_some()), "{error}");
     };
     check("", "empty");
-    check(URDF, "Expected opening `(`");
+    check(URDF, "an opening `(` is expected");
     check(&TABLE[..TABLE.len() - 3], "Unexpected end");
     check("(convention: Modified, gravity: (0, 0, -9.81), rows: [])", "no rows");
     for bracket in ["(", "[", "{x:", "Some("] {

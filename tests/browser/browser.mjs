@@ -10,7 +10,7 @@ import { createInterface } from "node:readline";
 import { chromium } from "playwright-core";
 
 export const root = resolve(import.meta.dirname, "../..");
-export const binary = process.env.LACUNA ?? join(root, "target/release/lacuna");
+export const binary = process.env.LACUNA ?? join(root, "target/debug/lacuna");
 
 /** Where Debian and others put it. */
 export const executable = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"]

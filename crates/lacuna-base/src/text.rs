@@ -80,6 +80,11 @@ pub fn from_ron<T: DeserializeOwned>(text: &str) -> Result<T> {
     options.from_str(text).map_err(|e| explain::explained(&e, text))
 }
 
+/// What RON's reader says, in words of ours where there are some.
+pub(crate) fn plainly(said: &str) -> String {
+    explain::shape(said).map_or_else(|| said.to_owned(), |(what, _)| what)
+}
+
 /// An error about what a RON text holds, with the line and column of what it is about: the first of its
 /// message's words in backticks that the text holds, else the beginning. A place that it has stays.
 #[must_use]

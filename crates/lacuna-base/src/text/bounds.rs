@@ -59,6 +59,8 @@ kinds! {
     Hertz: 1e-6 to 1e9, " Hz", "it is a frequency in Hz";
     Positive: 1e-9 to 1e12, "", "it is divided by, and anything smaller is below what sensors see";
     NotNegative: 0.0 to 1e12, "", "it is a size, so it has no sign";
+    Finite: -1e12 to 1e12, "", "no quantity of a robot is larger in SI units";
+    AboveZero: 1e-30 to 1e12, "", "it is a size, a mass or a tolerance, and those lie above 0";
     Exponent: 1.0 to 10.0, "", "2 is air drag; higher powers than 10 only make numbers overflow";
     Share: 0.0 to 1.0, "", "it is a share of a whole";
     Percent: 0.0 to 100.0, " %", "it is a share of a whole in per cent";

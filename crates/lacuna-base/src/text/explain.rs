@@ -177,7 +177,7 @@ const SHAPES: [(&str, &str, &str); 39] = [
     ),
 ];
 
-fn shape(text: &str) -> Option<(String, String)> {
+pub(super) fn shape(text: &str) -> Option<(String, String)> {
     let (_, what, help) = SHAPES.iter().find(|(begins, ..)| text.starts_with(begins))?;
     Some(((*what).to_owned(), (*help).to_owned()))
 }

@@ -34,7 +34,9 @@ fn trouble(number: &Number<'_>) -> Option<(String, &'static str)> {
     match plain {
         "NaN" => return Some(("NaN, which is no number".into(), "give a finite number")),
         "inf" if number.of_text => return None,
-        "inf" => return Some(("infinite".into(), "give a finite number")),
+        "inf" => {
+            return Some(("infinite".into(), "give a finite number, or leave the field out for no limit"));
+        }
         _ => {}
     }
     let whole = plain.bytes().all(|b| b.is_ascii_digit() || b == b'_');
@@ -55,7 +57,7 @@ struct Number<'a> {
     at: usize,
     token: &'a str,
     name: Option<&'a str>,
-    /// Whether it belongs to a name in quotes.
+    /// Whether it stands in brackets that belong to a name in quotes.
     of_text: bool,
 }
 
@@ -81,8 +83,9 @@ impl<'a> Scan<'a> {
             let at = self.at;
             if let Some(token) = self.step()? {
                 let name = self.name();
-                let (name, of_text) = (name.map(|n| n.0), name.is_some_and(|n| n.1));
-                return Some(Number { at, token, name, of_text });
+                let direct = self.levels.last().is_some_and(|level| level.text.is_some());
+                let of_text = name.is_some_and(|n| n.1) && !direct;
+                return Some(Number { at, token, name: name.map(|n| n.0), of_text });
             }
         }
     }
@@ -198,6 +201,7 @@ mod tests {
         refused("(a: (x: [1, 2], y: [0.5, NaN]), b: 2)", (1, 26), "`y` is NaN");
         refused("(a: [(\"Jxx1\", 1.0), (\"m2\", 1_000_000_000_000_000)])", (1, 28), "`m2` is 1_0");
         refused("(a: One(k: inf))", (1, 12), "`k` is infinite");
+        refused("{\"high\": inf}", (1, 10), "`high` is infinite");
         refused("[1, -inf]", (1, 5), "the number here is infinite");
         refused("(seed: 1e300)", (1, 8), "`seed` is 1e300");
         refused("(a: \"\\\"\", b: '\"', c: r#\"\"#, d: '\\'', e: 1e99)", (1, 41), "`e` is 1e99");

@@ -29,11 +29,13 @@ impl TryFrom<(f64, f64)> for Interval {
 
     fn try_from((lower, upper): (f64, f64)) -> Result<Self, String> {
         if lower.is_nan() || upper.is_nan() {
-            Err("a limit is not a number; write -inf or inf for none".into())
+            Err("a limit is not a number\n  help: write -inf or inf for none".into())
         } else if lower > upper {
-            Err(format!("the lower limit {lower} is above the upper limit {upper}, swap them"))
+            Err(format!("the lower limit {lower} is above the upper limit {upper}\n  help: swap them"))
         } else if lower.is_infinite() && lower > 0.0 || upper.is_infinite() && upper < 0.0 {
-            Err(format!("no number lies between {lower} and {upper}"))
+            Err(format!(
+                "no number lies between {lower} and {upper}\n  help: write the smaller limit first, -inf or inf for none"
+            ))
         } else {
             Ok(Self { lower, upper })
         }

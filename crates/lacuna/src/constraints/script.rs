@@ -13,6 +13,7 @@ use crate::form::{Body as FormBody, Form};
 use crate::robot::{InertialParameters, PARAMETERS_PER_LINK, Robot};
 use crate::script::{Body, Limits, Lowered, Script, Settings, Subject, Usage};
 use crate::stop::Stop;
+use crate::text::bounds::Seconds;
 use crate::text::{self, files};
 
 /// Rules that a rhai file states.
@@ -28,7 +29,7 @@ pub struct Scripted {
     #[serde(default)]
     pub links: Links,
     /// Wall clock that the script may use in a whole study \[s\].
-    #[serde(default = "ten")]
+    #[serde(default = "ten", deserialize_with = "Seconds::read")]
     pub seconds: f64,
     #[serde(skip)]
     loaded: Option<Script>,
@@ -101,7 +102,9 @@ impl Scripted {
             return Err(Error::new("the script has not been read yet").in_file(&self.path));
         };
         if !(self.seconds > 0.0 && self.seconds.is_finite()) {
-            return Err(Error::new("`seconds` of a script must be positive").in_file(&self.path));
+            return Err(Error::new("`seconds` of a script must be positive")
+                .in_file(&self.path)
+                .help("10 are usual"));
         }
         let subject = subject(robot, space, &self.links)?;
         let lowered = script.lower(&subject, &self.with, &self.limits())?;

@@ -8,6 +8,7 @@ use serde::de::DeserializeOwned;
 
 use crate::error::{Error, Result};
 use crate::robot::{JointKind, LARGEST_NUMBER};
+use crate::text;
 
 /// The file without its rows, which are read one by one to know their lines.
 #[derive(Deserialize)]
@@ -276,7 +277,7 @@ fn explained(error: &ron::Error) -> (String, &'static str) {
     match error {
         MissingStructField { field, .. } => (format!("the field `{field}` is missing"), help_for(field)),
         ExceededRecursionLimit => ("brackets are nested too deeply for a robot table".into(), SHAPE),
-        other => (other.to_string(), SHAPE),
+        other => (text::plainly(&other.to_string()), SHAPE),
     }
 }
 
