@@ -264,6 +264,8 @@ fn ctrl_c_with_nothing_found_yet_ends_at_once_however_long_the_log() {
     // Whoever waits for the end of a step answers with what was found, and with 1.
     assert_eq!(ended.status.code(), Some(130), "{rest:?}");
     assert!(ended.stdout.is_empty() && !rest.iter().any(|l| l.contains("keeping")), "{rest:?}");
-    let left = std::fs::read_dir(folder.path().join("out")).map_or(0, Iterator::count);
-    assert_eq!(left, 0, "nothing half-written");
+    let left: Vec<_> = std::fs::read_dir(folder.path().join("out"))
+        .map_or_else(|_| Vec::new(), |all| all.map(|entry| entry.expect("reads").file_name()).collect());
+    // The lock file of a process that is gone is no lock; whoever comes next takes it over.
+    assert!(left.iter().all(|name| name == ".lacuna.lock"), "nothing half-written: {left:?}");
 }

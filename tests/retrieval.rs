@@ -240,14 +240,14 @@ fn one_step_retrieval_fits_the_public_log_as_well_as_it_should() {
     if !has_data() {
         return;
     }
-    let out = folder("one-step");
+    let (beside, out) = (folder("one-step-study"), folder("one-step"));
     let text = std::fs::read_to_string("scenarios/panda_one_step.ron").expect("it is there");
     let root = std::env::current_dir().expect("a folder");
     let absolute = |text: &str, name: &str| {
         text.replace(name, root.join("scenarios").join(name).to_str().expect("plain"))
     };
     for (band, expected) in [("5.0", 0.9053), ("8.0", 1.0475), ("10.0", 1.2072)] {
-        let scenario = out.join("one_step.ron");
+        let scenario = beside.join("one_step.ron");
         let text = text.replace("band_hz: 5.0", &format!("band_hz: {band}"));
         let text = absolute(&absolute(&text, "../robots/panda.ron"), "panda_bounds.ron");
         std::fs::write(&scenario, text).expect("written");
@@ -257,5 +257,6 @@ fn one_step_retrieval_fits_the_public_log_as_well_as_it_should() {
         assert_eq!(report["retrievals"][0]["feasible"], true);
         assert_eq!(report["comparison"]["fitted"], true, "the only log is the fitted one, and that is said");
     }
+    std::fs::remove_dir_all(&beside).expect("it was there");
     std::fs::remove_dir_all(&out).expect("it was there");
 }

@@ -6,6 +6,7 @@ use super::saved::{Saved, SavedLog, SavedStep};
 use super::study::{LogFile, Retrieval, RobotFile, Step, Study};
 use super::written;
 use crate::error::{Error, Result};
+use crate::text::bounds::NAMELESS;
 use crate::text::{Output, located};
 
 /// Everything that a killed process may not lose.
@@ -78,9 +79,7 @@ pub(super) fn load(output: Output) -> Result<Study> {
     let folder = output.folder().to_path_buf();
     let path = folder.join(STEPS);
     let content = output.read(STEPS).map_err(|e| e.or_help(HELP))?;
-    let saved: Saved = serde_json::from_str(&content).map_err(|e| {
-        Error::new(format!("the study is damaged: {e}")).at(e.line(), e.column()).in_file(&path).help(HELP)
-    })?;
+    let saved: Saved = serde_json::from_str(&content).map_err(|e| damaged(&e, &content).in_file(&path))?;
     let wrong = |e: Error| located(e, &content).in_file(&path).or_help(HELP);
     saved.check().map_err(wrong)?;
     let outside = outside(&output, &saved).map_err(wrong)?;
@@ -187,6 +186,19 @@ pub(super) fn discard(study: &Study, gone: &Path) {
         // What cannot be removed now is in nobody's way.
         let _ = study.output.remove(name);
     }
+}
+
+/// What is wrong with the JSON of a study. The reader knows a number that is out of bounds without its name, which
+/// stands on the same line.
+fn damaged(error: &serde_json::Error, content: &str) -> Error {
+    let said = error.to_string();
+    let said = said.rsplit_once(" at line ").map_or(said.as_str(), |(what, _)| what);
+    let (what, help) = said.split_once("\n  help: ").unwrap_or((said, HELP));
+    let line = content.lines().nth(error.line().saturating_sub(1));
+    let field = line.and_then(|line| line.split('"').nth(1)).unwrap_or("a number");
+    let what =
+        what.strip_prefix(NAMELESS).map_or_else(|| what.to_string(), |is| format!("`{field}` is {is}"));
+    Error::new(format!("the study is damaged: {what}")).at(error.line(), error.column()).help(help)
 }
 
 /// The results of a finished retrieval.

@@ -44,7 +44,7 @@ fn published_coefficients() {
         ("(source: \"me\")", "1:14", "`coefficients` of `Published` is missing"),
         ("(source: \"me\", coefficients: [(\"Jzz9\", 1)])", "1:32", "Jzz2"),
         ("(source: \"me\", coefficients: [(\"Jzz2\", 1), (\"Jzz2\", 1)])", "1:32", "`Jzz2` stands twice"),
-        ("(source: \"me\", coefficients: [(\"Jzz2\", inf)])", "1:41", "`Jzz2` is infinite"),
+        ("(source: \"me\", coefficients: [(\"Jzz2\", inf)])", "1:40", "`Jzz2` is infinite"),
         ("(source: \"me\", coefficients: [(\"Jzz2\")])", "1:38", "tuple of size 2"),
         ("(source: \"me\", coefficients: [(\"Jzz2\", \"1\")])", "1:40", "a number is expected"),
     ] {

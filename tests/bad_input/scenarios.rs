@@ -102,7 +102,7 @@ fn effects() {
         ("effects: [{\"coulomb_friction\": (width: -1)}]", 33, &["`width` of `coulomb_friction` is -1"]),
         ("effects: [{\"coulomb_friction\": (width: NaN)}]", 40, &["is NaN"]),
         ("effects: [{\"sigmoid_friction\": (phi2: [1], phi3: [0])}]", 12, &["2 joints", "1 values of phi2"]),
-        ("effects: [{\"sigmoid_friction\": (phi2: [1, inf], phi3: [0, 0])}]", 44, &["`phi2` is infinite"]),
+        ("effects: [{\"sigmoid_friction\": (phi2: [1, inf], phi3: [0, 0])}]", 43, &["`phi2` is infinite"]),
         ("effects: [{\"sigmoid_friction\": ()}]", 0, &["`phi2`", "is missing"]),
     ]);
 }
@@ -226,5 +226,5 @@ fn numbers_and_texts_that_are_nearly_right() {
         ("(robot: \"a\\qrm.ron\")", 0, &["bad.ron:1:", "means nothing"]),
         ("(robot: \"a\\u{zz}rm.ron\")", 0, &["bad.ron:1:", "means nothing"]),
     ]);
-    refused_after(&[("engines: [{\"penalty\": (runs: 0)}]", 24, &["`runs` of the engine is 0"])]);
+    refused_after(&[("engines: [{\"penalty\": (runs: 0)}]", 30, &["`runs` is 0"])]);
 }

@@ -85,7 +85,7 @@ fn links_among_results_are_not_followed() {
 #[test]
 fn a_second_process_is_refused_until_the_first_is_gone() {
     let folder = Folder::new();
-    let long = super::RETRIEVED.replace("runs: 4", "runs: 100000");
+    let long = super::RETRIEVED.replace("runs: 4", "runs: 2000");
     folder.write("long.ron", long);
     let first = ["scenario", "long.ron", "--quiet", "--out", "out"];
     let mut child = folder.command(&first).stdout(Stdio::null()).spawn().expect("starts");

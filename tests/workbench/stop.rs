@@ -53,7 +53,7 @@ fn a_script_that_takes_too_long_is_refused_and_says_so() {
     files.simulate();
     let bench = Bench::open(&files, &["--robot", "two_link.ron", "--data", "logs/fit.csv.gz"]).enter();
     bench.wait("a full search", |s| s["steps"][0]["scanned"] == true && s["job"].is_null());
-    let slower = SLOW.replace("sin(now.q * i)", "sin(now.q * i) * cos(now.dq * i)");
+    let slower = SLOW.replace("sin(now.q * i)", "sin(now.q * i) * cos(now.dq * i)").replace("30000", "20000");
     let draft = serde_json::json!({"kind": "effect", "text": slower}).to_string();
     let file = bench.post("/api/script/save", &draft).json()["file"].as_str().expect("a name").to_string();
     let addition = serde_json::json!({"effect": file, "joints": []}).to_string();

@@ -22,7 +22,7 @@ const READY: [(&str, &str); 3] = [
 /// names (`t`, `q1`, `tau1`, ...), so a map may be as short as `(delimiter: ';')`.
 ///
 /// ```
-/// let map = lacuna::log::ColumnMap::parse(
+/// let map = lacuna_base::log::ColumnMap::parse(
 ///     r#"(
 ///         time: (column: "stamp_ms", unit: Milliseconds),
 ///         position: (columns: "angle_{1}", unit: Degrees, sign: [1, -1]),
@@ -30,7 +30,7 @@ const READY: [(&str, &str); 3] = [
 ///     )"#,
 /// )?;
 /// assert_eq!(map.delimiter, ',');
-/// # Ok::<(), lacuna::Error>(())
+/// # Ok::<(), lacuna_base::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]

@@ -95,7 +95,7 @@ fn shown(value: f64) -> String {
 }
 
 /// How a message of [`Kind`] begins where the reader has not yet put the name there.
-pub(super) const NAMELESS: &str = "the number is ";
+pub const NAMELESS: &str = "the number is ";
 
 /// A type of number that inputs hold.
 pub trait Number: Copy {

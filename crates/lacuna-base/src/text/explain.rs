@@ -30,6 +30,10 @@ pub(super) fn explained(error: &ron::error::SpannedError, ron: &str) -> Error {
     let outside = || outside(&text, guard::name_at(ron, line, column));
     let (what, help) =
         named(&text).or_else(choice).or_else(outside).or_else(|| shape(&text)).unwrap_or_else(|| ours(&text));
+    // Our own errors come once a value was read whole: when the reader is at the next line, it was on the one before.
+    let own =
+        matches!(error.code, ron::Error::Message(_)) && named(&text).is_none() && shape(&text).is_none();
+    let (line, column) = if own { find::last_value(ron, line, column) } else { (line, column) };
     let explained = Error::new(what).at(line, column);
     if help.is_empty() { explained } else { explained.help(help) }
 }

@@ -30,6 +30,18 @@ pub(super) fn before(text: &str, line: usize, column: usize) -> &str {
     &text[..line_start + in_line.map_or(text.len() - line_start, |(i, _)| i)]
 }
 
+/// The same place, or the end of what stands before it where only blanks do on its line.
+pub(super) fn last_value(text: &str, line: usize, column: usize) -> (usize, usize) {
+    let all = before(text, line, column);
+    let value = all.trim_end();
+    let moves = all[value.len()..].contains('\n') && !value.is_empty();
+    if moves {
+        position(text, value.len() - value.chars().next_back().map_or(0, char::len_utf8))
+    } else {
+        (line, column)
+    }
+}
+
 /// Line and column, from 1, of the byte `at`.
 pub(super) fn position(text: &str, at: usize) -> (usize, usize) {
     let before = &text[..at];

@@ -12,7 +12,7 @@ const LONGEST_TEXT: usize = 240;
 /// and those that turn the direction of reading.
 ///
 /// ```
-/// assert_eq!(lacuna::text::harmless("red \u{1b}[31m\n"), "red \\u{1b}[31m\n");
+/// assert_eq!(lacuna_base::text::harmless("red \u{1b}[31m\n"), "red \\u{1b}[31m\n");
 /// ```
 pub fn harmless(text: &str) -> Cow<'_, str> {
     escaped(text, |c| steers(c) && c != '\n', |c| c.escape_unicode().to_string())

@@ -5,7 +5,7 @@
 //!
 //! ```
 //! use lacuna::{conformance, robot::Robot};
-//! let robot = Robot::open("robots/two_link.ron")?;
+//! let robot = Robot::open("../../robots/two_link.ron")?;
 //! let folder = std::path::Path::new(".");
 //! conformance::constraint(r#"{"total_mass": (min: 5.0, max: 20.0)}"#, &robot, folder, &[])?;
 //! # Ok::<(), lacuna::Error>(())
