@@ -16,5 +16,4 @@ mod ron;
 #[path = "bad_input/scenarios.rs"]
 mod scenarios;
 
-#[path = "command_line/folder.rs"]
-mod folder;
+use super::folder;

@@ -1,8 +1,7 @@
 //! How the program behaves whatever is asked of it: streams, exit codes, one JSON document, the same bits on
 //! any number of threads.
 
-#[path = "command_line/folder.rs"]
-mod folder;
+use super::folder;
 #[path = "command_line/outputs.rs"]
 mod outputs;
 #[path = "command_line/texts.rs"]

@@ -12,7 +12,7 @@ use lacuna::space::Parameter;
 use lacuna::text;
 use nalgebra::{Matrix3, Vector3};
 
-mod common;
+use super::common;
 
 #[path = "constraints/cases.rs"]
 mod cases;

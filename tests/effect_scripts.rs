@@ -1,6 +1,6 @@
 //! Effect scripts: what the shipped ones compute, that known truth comes back through them, and what is refused.
 
-mod common;
+use super::common;
 
 #[path = "effect_scripts/budget.rs"]
 mod budget;

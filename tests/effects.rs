@@ -1,6 +1,6 @@
 //! Effects: what each column is, found by other means; and what all of them promise.
 
-mod common;
+use super::common;
 
 #[path = "effects/bodies.rs"]
 mod bodies;

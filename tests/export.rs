@@ -11,7 +11,7 @@ use lacuna::model_file::{ModelFile, ParameterValue};
 use lacuna::robot::{InertialParameters, Joint, JointKind, Limits, Link, Pose, Robot};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
-mod common;
+use super::common;
 
 /// Numbers that are the same in every run, from -1 to 1.
 struct Draw(u64);

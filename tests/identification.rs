@@ -1,6 +1,6 @@
 //! Known truth comes back: base parameters, least squares, uncertainty, hold-out.
 
-mod common;
+use super::common;
 
 use common::robot;
 use lacuna::effects::{CoulombFriction, Effect, RigidBody, TorqueOffset, ViscousFriction, classic};

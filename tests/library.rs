@@ -1,6 +1,8 @@
 //! The library through its public interface: identities, known truth, published numbers, bad input. One binary, for
 //! each one more costs a link of everything.
 
+mod common;
+
 #[path = "constraints.rs"]
 mod constraints;
 #[path = "damaged.rs"]
@@ -9,6 +11,8 @@ mod damaged;
 mod effect_scripts;
 #[path = "effects.rs"]
 mod effects;
+#[path = "portfolio.rs"]
+mod example_portfolio;
 #[path = "hidden.rs"]
 mod hidden;
 #[path = "identification.rs"]
@@ -23,8 +27,6 @@ mod panda_data;
 mod penalty;
 #[path = "plant.rs"]
 mod plant;
-#[path = "portfolio.rs"]
-mod portfolio;
 #[path = "robots.rs"]
 mod robots;
 #[path = "robots_bad_input.rs"]

@@ -3,7 +3,7 @@
 //! Reference numbers were computed independently of this library (with numpy and Pinocchio) on the same
 //! files; each states its settings.
 
-mod common;
+use super::common;
 
 use common::{data, json_numbers, robot};
 use lacuna::effects::{CoulombFriction, Effect, RigidBody, TorqueOffset, ViscousFriction, classic};

@@ -1,6 +1,10 @@
 //! The program from outside: commands, what they print and write, the workbench over a socket. One binary, for each
 //! one more costs a link of everything.
 
+mod common;
+#[path = "command_line/folder.rs"]
+mod folder;
+
 #[path = "bad_input.rs"]
 mod bad_input;
 #[path = "check.rs"]

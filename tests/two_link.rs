@@ -1,7 +1,7 @@
 //! The two-link robot of the supplement of Gaz et al. 2019, with its scripted shapes, and a scripted shape that is
 //! not convex: what a study identifies, what engines retrieve, and what joints then carry.
 
-mod common;
+use super::common;
 
 use std::ops::ControlFlow;
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! Real UR10e logs (torque = motor current times published drive gains), when `LACUNA_DATA` has them.
 
-mod common;
+use super::common;
 
 use common::data;
 use lacuna::effects::{Effect, RigidBody, classic};

@@ -79,8 +79,8 @@ impl Saved {
         if let Some((name, count)) = counts.iter().find(|(_, count)| *count > MOST) {
             return Err(Error::new(format!("`{name}` holds {count} entries, {MOST} are the most")));
         }
-        let names = self.logs.iter().map(|l| &l.name).chain([&self.name]);
-        for name in names.filter(|n| n.chars().count() > LONGEST || n.chars().any(char::is_control)) {
+        let mut names = self.logs.iter().map(|l| &l.name).chain([&self.name]);
+        if let Some(name) = names.find(|n| n.chars().count() > LONGEST || n.chars().any(char::is_control)) {
             return Err(Error::new(format!("`{}` is no `name`", name.escape_debug())));
         }
         if self.gravity.iter().flatten().any(|g| !(g.abs() <= HEAVIEST)) {

@@ -22,6 +22,9 @@ pub enum Refused {
     Broken(String),
 }
 
+/// Takes a text as its reader does.
+pub type Take = Box<dyn Fn(&str) -> Result<(), Refused>>;
+
 pub struct Input {
     /// Room of the types.
     pub room: &'static str,
@@ -34,7 +37,7 @@ pub struct Input {
     /// Whether numbers stand in quotes, as attributes of XML do.
     pub quoted: bool,
     /// Reads the whole text and makes the first step of use, as far as it is cheap.
-    pub take: Box<dyn Fn(&str) -> Result<(), Refused>>,
+    pub take: Take,
 }
 
 impl Input {

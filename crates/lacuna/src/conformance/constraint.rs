@@ -43,7 +43,7 @@ pub fn constraint(ron: &str, robot: &Robot, folder: &Path, points: &[Vec<f64>]) 
     let first = read(ron)?;
     explains_itself(&first.about())?;
     gives_an_example(&first.about())?;
-    let written = written(&first)?;
+    let written = written(first.as_ref())?;
     let second = read(&written)?;
     let (forms, again) = (first.forms(robot, &space)?, second.forms(robot, &space)?);
     let points = sample(robot, &space, points)?;
@@ -57,8 +57,8 @@ pub fn constraint(ron: &str, robot: &Robot, folder: &Path, points: &[Vec<f64>]) 
 }
 
 /// What it writes of itself, which can be read again under the name that it gives itself.
-fn written(constraint: &Box<dyn Constraint>) -> Result<String> {
-    let (name, written) = (constraint.about().name, text::to_ron(constraint)?);
+fn written(constraint: &dyn Constraint) -> Result<String> {
+    let (name, written) = (constraint.about().name, text::to_ron(&constraint)?);
     text::from_ron::<Box<dyn Constraint>>(&written).map_err(|e| {
         Error::new(format!("what it writes cannot be read again: {}", e.message())).help(written.clone())
     })?;
@@ -78,7 +78,7 @@ fn gives_an_example(about: &About) -> Result<()> {
     if of != about.name {
         return Err(wrong(format!("is one of `{of}`")));
     }
-    written(&example).map(drop).map_err(|e| wrong(e.message().to_string()))
+    written(example.as_ref()).map(drop).map_err(|e| wrong(e.message().to_string()))
 }
 
 fn explains_itself(about: &About) -> Result<()> {

@@ -40,7 +40,7 @@ pub fn engine(ron: &str, accuracy: f64) -> Result<Vec<&'static str>> {
     let first: Box<dyn RetrievalEngine> = text::from_ron(ron)?;
     explains_itself(first.as_ref())?;
     gives_an_example(&first.about())?;
-    let second = again(&first)?;
+    let second = again(first.as_ref())?;
     must(!first.label().is_empty() && first.label() == second.label(), || {
         "its label is empty or lost".into()
     })?;
@@ -83,8 +83,8 @@ fn explains_itself(engine: &dyn RetrievalEngine) -> Result<()> {
 }
 
 /// What it writes of itself, read again under the name that it gives itself.
-fn again(engine: &Box<dyn RetrievalEngine>) -> Result<Box<dyn RetrievalEngine>> {
-    let (name, written) = (engine.name(), text::to_ron(engine)?);
+fn again(engine: &dyn RetrievalEngine) -> Result<Box<dyn RetrievalEngine>> {
+    let (name, written) = (engine.name(), text::to_ron(&engine)?);
     must(written.contains(&format!("\"{name}\"")), || {
         format!("its name in RON is not `{name}`, the one it gives itself: {written}")
     })?;
@@ -102,7 +102,7 @@ fn gives_an_example(about: &EngineAbout) -> Result<()> {
     if example.name() != about.name {
         return Err(wrong(format!("is one of `{}`", example.name())));
     }
-    again(&example).map(drop).map_err(|e| wrong(e.message().to_string()))
+    again(example.as_ref()).map(drop).map_err(|e| wrong(e.message().to_string()))
 }
 
 fn run(engine: &dyn RetrievalEngine, known: &Known, stop: bool) -> Result<Retrieved> {

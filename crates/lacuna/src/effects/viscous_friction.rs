@@ -39,7 +39,6 @@ impl ViscousFriction {
                 drake: "damping of the joint",
                 c: "as it is",
                 joint: Some(OfJoint::Damping),
-                ..Exports::NOWHERE
             },
             ..Special::NONE
         },
