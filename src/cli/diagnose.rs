@@ -127,10 +127,14 @@ impl Diagnose {
         let mut written: Vec<String> = Vec::new();
         for (unknown, script) in outcome.diagnosis.unexplained.iter_mut().zip(&outcome.scripts) {
             if let Some(script) = script {
-                // A file of that name may be the user's: then it gets another one.
+                // A file of that name may be the user's, or a proposal that was worked on: then it gets another one.
                 let stem = script.file.trim_end_matches(".rhai");
                 let numbered = (2..).map(|k| format!("{stem}_{k}.rhai"));
-                let file = output.first_free(std::iter::once(script.file.clone()).chain(numbered), &written);
+                let names = std::iter::once(script.file.clone()).chain(numbered);
+                let untouched = |name: &String| {
+                    !output.is_taken(name) || output.read(name).is_ok_and(|t| t == script.text)
+                };
+                let file = output.first_free(names.filter(untouched), &written);
                 output.write(&file, script.text.as_bytes())?;
                 unknown.script = Some(file.clone());
                 written.push(file);

@@ -97,7 +97,9 @@ impl Export {
         };
         if let Some(out) = &global.out {
             let is_folder = out.is_dir();
-            let path = if is_folder { out.join(format!("{}.{ending}", robot.name)) } else { out.clone() };
+            let path =
+                if is_folder { out.join(format!("{}.{ending}", plain(&robot.name))) } else { out.clone() };
+            may_replace(&path)?;
             write_whole(&path, exported.text.as_bytes())?;
             if !global.quiet {
                 say(&format!("wrote {}", path.display()));
@@ -109,6 +111,30 @@ impl Export {
         }
         print_document(&exported.text)
     }
+}
+
+/// A name as that of a file: a robot's name comes from a file and is no path.
+fn plain(name: &str) -> String {
+    let fine = |c: char| if c.is_alphanumeric() || "_-. ".contains(c) { c } else { '_' };
+    let name: String = name.chars().map(fine).take(100).collect();
+    let name = name.trim_matches(['.', ' ']);
+    if name.is_empty() { "robot".to_string() } else { name.to_string() }
+}
+
+/// An earlier export may be replaced, and an empty file; whatever else lies there is the user's.
+///
+/// # Errors
+/// When it is.
+fn may_replace(path: &Path) -> Result<()> {
+    let ours = |text: &str| {
+        text.trim().is_empty() || ["by lacuna ", "\"lacuna\":"].iter().any(|mark| text.contains(mark))
+    };
+    if !path.exists() || read(path).is_ok_and(|text| ours(&text)) {
+        return Ok(());
+    }
+    Err(Error::new("a file lies here that no export has written")
+        .in_file(path)
+        .help("name another file with --out, or move this one away"))
 }
 
 fn refusal(model: &Path, parameters: &Parameters, doubts: &[String]) -> String {

@@ -93,6 +93,11 @@ fn folder(file: &Path, global: &Global) -> Result<PathBuf> {
             Err(Error::new("--out and --resume name different folders")
                 .help("a resumed study goes on in its own folder: leave --out away"))
         }
+        (_, Some(resume)) if !resume.is_dir() => {
+            Err(Error::new("there is nothing to go on with, and no checkpoint, for the folder is not there")
+                .in_file(resume)
+                .help("name the folder of the interrupted study, or leave --resume away to start anew"))
+        }
         (Some(folder), _) | (None, Some(folder)) => Ok(folder.clone()),
         (None, None) => Ok(Path::new("out").join(file.file_stem().unwrap_or_default())),
     }

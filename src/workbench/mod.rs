@@ -24,7 +24,7 @@ mod scripts;
 mod state;
 mod study;
 #[cfg(test)]
-mod tampered;
+mod tests;
 mod work;
 mod written;
 

@@ -111,11 +111,14 @@ pub(super) fn run(bench: &Arc<Bench>, order: &Order) -> Result<()> {
         let mut study = bench.study();
         let step =
             study.on_show().map(|s| s.id).ok_or_else(|| Error::new("there is no model to retrieve from"))?;
+        // Whatever is in the way of its results is said before it runs, and while none is said to run.
+        study.output.check(&["report.json", "retrieved.ron"])?;
+        study.output.reserve(&checkpoints(&engines)?)?;
         (study.engines, study.intervals) = (engines, order.intervals);
+        study.retrieval = None;
+        folder::save(&study)?;
         study.retrieval =
             Some(Retrieval { step, running: true, engines: order.engines.clone(), ..Retrieval::default() });
-        study.output.reserve(&checkpoints(&study.engines)?)?;
-        folder::save(&study)?;
         (study.folder.join("scenario.ron"), step)
     };
     bench.changed();

@@ -184,7 +184,11 @@ impl Search {
 fn free_name(study: &Study, script: &Proposed) -> String {
     let taken =
         |file: &str| study.scripts.iter().any(|s| s.file == file && !(s.proposed || s.text == script.text));
-    let taken = |file: &str| taken(file) || study.output.check(&[file]).is_err();
+    // What was worked on outside of the page is somebody's as well.
+    let known = |file: &str, text: &str| study.scripts.iter().any(|s| s.file == file && s.text == text);
+    let as_written = |file: &str| study.output.read(file).is_ok_and(|t| t == script.text || known(file, &t));
+    let worked_on = |file: &str| study.output.is_taken(file) && !as_written(file);
+    let taken = |file: &str| taken(file) || study.output.check(&[file]).is_err() || worked_on(file);
     let stem = script.file.trim_end_matches(".rhai");
     let numbered = (2..).map(|k| format!("{stem}_{k}.rhai"));
     std::iter::once(script.file.clone()).chain(numbered).find(|f| !taken(f)).unwrap_or_default()

@@ -58,6 +58,50 @@ fn results_are_replaced_and_what_lies_beside_them_is_not() {
 }
 
 #[test]
+fn an_export_replaces_exports_and_nothing_else() {
+    let folder = Folder::new();
+    folder.write("retrieved.ron", super::RETRIEVED);
+    assert_eq!(folder.run(&["scenario", "retrieved.ron", "--quiet", "--out", "out"]).code, Some(0));
+    let export = |format: &'static str, to: &'static str| {
+        ["export", "out/model.ron", "--robot", "arm.ron", "--format", format, "--out", to]
+    };
+    folder.write("mine.txt", "mine");
+    for format in ["urdf", "mjcf", "json"] {
+        folder.refused(&export(format, "mine.txt"), "mine.txt: ", &["no export", "--out"]);
+        folder.write("fresh", "");
+        for _ in 0..2 {
+            let answer = folder.run(&export(format, "fresh"));
+            assert_eq!(answer.code, Some(0), "{format}: {}", answer.err);
+        }
+    }
+    assert_eq!(read(&folder, "mine.txt"), "mine");
+}
+
+#[test]
+fn an_export_stays_in_its_folder_whatever_the_robot_is_called() {
+    let folder = Folder::new();
+    folder.write("retrieved.ron", super::RETRIEVED);
+    assert_eq!(folder.run(&["scenario", "retrieved.ron", "--quiet", "--out", "out"]).code, Some(0));
+    let arm = read(&folder, "arm.ron");
+    let name = arm.split("name: \"").nth(1).and_then(|rest| rest.split('"').next()).expect("a name");
+    for file in ["arm.ron", "out/model.ron"] {
+        folder.write(file, read(&folder, file).replacen(&format!("\"{name}\""), "\"../escaped\"", 1));
+    }
+    fs::create_dir(folder.path("there")).expect("makes");
+    let to = ["--robot", "arm.ron", "--format", "json", "--out", "there"];
+    let answer = folder.run(&[&["export", "out/model.ron"][..], &to].concat());
+    assert_eq!(answer.code, Some(0), "{}", answer.err);
+    assert!(!folder.path("escaped.json").exists());
+    assert!(folder.path("there/_escaped.json").exists(), "{:?}", folder.files());
+}
+
+#[test]
+fn a_folder_that_is_not_there_cannot_be_gone_on_with() {
+    let folder = Folder::new();
+    folder.refused(&["scenario", "good.ron", "--resume", "nosuch"], "nosuch: ", &["go on with"]);
+}
+
+#[test]
 fn a_folder_of_a_version_without_lists_is_known() {
     let folder = Folder::new();
     let command = ["scenario", "good.ron", "--quiet"];

@@ -102,6 +102,14 @@ fn what_is_unexplained_becomes_a_script_that_takes_the_error_away() {
     assert!(rms < 0.5 * after(&d, 4)[0], "{rms} of {}", after(&d, 4)[0]);
     let left = d["unexplained"].as_array().expect("a list").iter().find(|u| u["joint"] == "joint4");
     assert!(left.is_none(), "{left:?}");
+
+    // A proposal that was worked on is its user's: the next one gets another name.
+    let mine = std::fs::read_to_string(&script).expect("reads") + "// mine\n";
+    std::fs::write(&script, &mine).expect("writes");
+    let (code, d, stderr) = super::run(&["diagnose", mystery, "--out", &out]);
+    assert_eq!(code, 0, "{stderr}");
+    assert_eq!(text(&d["unexplained"][0]["script"]), "unknown_joint4_2.rhai");
+    assert_eq!(std::fs::read_to_string(&script).expect("reads"), mine);
 }
 
 #[test]

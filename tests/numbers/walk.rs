@@ -101,10 +101,15 @@ fn fault(taken: Result<(), Refused>, line: usize, value: &str) -> Option<String>
     if !text.contains("\n  help: ") {
         return Some(format!("refused without help: {text}"));
     }
+    // An infinite limit is a limit; where it contradicts the other one, it may be refused there.
+    let is_limit =
+        value == "inf" && ["the lower limit inf", "no number lies between"].iter().any(|t| text.contains(t));
     let place = error.place().and_then(|p| Some((p.line?, p.column?)));
     match place {
         None if placed => Some(format!("refused without place: {text}")),
-        Some((found, _)) if placed && found != line && matches!(value, "NaN" | "inf" | "1e18") => {
+        Some((found, _))
+            if placed && found != line && !is_limit && matches!(value, "NaN" | "inf" | "1e18") =>
+        {
             Some(format!("is in line {line}: {text}"))
         }
         _ => None,
