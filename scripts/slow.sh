@@ -22,7 +22,7 @@ browser() {
 }
 
 case "${1:-}" in
-    --list) printf '%s\n' report examination workbench nlopt workbench-data ;;
+    --list) printf '%s\n' report nlopt workbench workbench-data examination ;;
     report) browser report.test.mjs ;;
     workbench) browser workbench.test.mjs workbench_looks.test.mjs ;;
     workbench-data) browser workbench_data.test.mjs workbench_scripts.test.mjs ;;

@@ -7,7 +7,7 @@ mod eigenvalue;
 mod engine;
 mod function;
 mod paper;
-pub(super) mod runs;
+pub mod runs;
 #[cfg(test)]
 pub(crate) mod testing;
 mod walk;

@@ -24,13 +24,20 @@ const MOST_STAGES: usize = 1_000_000;
 const MOST_KEPT: usize = 10_000_000;
 
 /// What all runs of an engine have in common.
-pub(crate) struct Plan<'a> {
+pub struct Plan<'a> {
+    /// What is solved.
     pub problem: &'a Problem,
+    /// Name of the engine in results.
     pub label: &'a str,
+    /// Independent runs.
     pub runs: usize,
+    /// Stages of a run.
     pub stages: usize,
+    /// What a checkpoint belongs to.
     pub origin: Origin,
+    /// Where finished runs are kept.
     pub checkpoint: Option<&'a Checkpoint>,
+    /// Told of progress, and asked whether to go on.
     pub watch: &'a Watch<'a>,
 }
 
@@ -50,7 +57,7 @@ impl<'a> Plan<'a> {
 }
 
 /// Carries word between runs and caller.
-pub(crate) struct Monitor<'a> {
+pub struct Monitor<'a> {
     watch: &'a Watch<'a>,
     stopped: AtomicBool,
     questions: AtomicUsize,
@@ -60,13 +67,13 @@ pub(crate) struct Monitor<'a> {
 }
 
 /// Measures a point as the audit does.
-pub(crate) fn judge(problem: &Problem, z: Vec<f64>, evaluations: u64) -> Outcome {
+pub fn judge(problem: &Problem, z: Vec<f64>, evaluations: u64) -> Outcome {
     let violation = problem.forms.iter().map(|f| f.violation(&z)).fold(0.0, f64::max);
     Outcome { objective: problem.objective.value(&z), violation, z, evaluations }
 }
 
 /// Whether `a` is the better result: feasible first, then the objective; among infeasible ones the violation.
-pub(crate) fn better(a: &Outcome, b: &Outcome) -> bool {
+pub fn better(a: &Outcome, b: &Outcome) -> bool {
     let rank = |o: &Outcome| {
         if !o.objective.is_finite() {
             (2, 0.0)
@@ -81,7 +88,7 @@ pub(crate) fn better(a: &Outcome, b: &Outcome) -> bool {
 
 impl Monitor<'_> {
     /// Whether to stop; asks the caller now and then.
-    pub(crate) fn stop(&self) -> bool {
+    pub fn stop(&self) -> bool {
         if self.questions.fetch_add(1, Ordering::Relaxed) % ASK_EVERY == ASK_EVERY - 1 {
             self.tell();
         }
@@ -89,7 +96,7 @@ impl Monitor<'_> {
     }
 
     /// Takes note of a stage that has ended at `outcome`.
-    pub(crate) fn stage(&self, outcome: &Outcome) {
+    pub fn stage(&self, outcome: &Outcome) {
         {
             let mut best = self.best.lock().unwrap_or_else(PoisonError::into_inner);
             if best.as_ref().is_none_or(|b| better(outcome, b)) {
@@ -101,7 +108,7 @@ impl Monitor<'_> {
     }
 
     /// Stages that a run did not need.
-    pub(crate) fn skip(&self, stages: usize) {
+    pub fn skip(&self, stages: usize) {
         self.stages_done.fetch_add(stages, Ordering::Relaxed);
     }
 
@@ -119,7 +126,7 @@ impl Monitor<'_> {
 }
 
 /// Uniform in the bounds of the search coordinates.
-pub(crate) fn random_start(problem: &Problem, stream: &mut Stream) -> Vec<f64> {
+pub fn random_start(problem: &Problem, stream: &mut Stream) -> Vec<f64> {
     problem.chart.space().parameters.iter().map(|p| stream.between(p.lower, p.upper)).collect()
 }
 
@@ -155,7 +162,7 @@ fn check(problem: &Problem, runs: usize, stages: usize) -> Result<()> {
 
 /// Makes all runs that no checkpoint has; `one` is given the run's number and its random stream, and says
 /// whether it came to its end.
-pub(crate) fn all(
+pub fn all(
     plan: &Plan<'_>,
     one: impl Fn(Stream, &Monitor<'_>) -> (Outcome, bool) + Sync,
 ) -> Result<Outcomes> {
@@ -222,7 +229,7 @@ fn save(plan: &Plan<'_>, kept: &[Option<Outcome>]) -> Result<()> {
 
 /// What all runs found, in their order.
 #[derive(Debug, Clone)]
-pub(crate) struct Outcomes {
+pub struct Outcomes {
     runs: usize,
     stages: usize,
     finished: Vec<Outcome>,
@@ -231,12 +238,13 @@ pub(crate) struct Outcomes {
 }
 
 impl Outcomes {
-    pub(crate) fn iter(&self) -> impl Iterator<Item = &Outcome> {
+    /// All outcomes, in the order of the runs.
+    pub fn iter(&self) -> impl Iterator<Item = &Outcome> {
         self.finished.iter().chain(&self.partial)
     }
 
     /// The best of all; of equals the first.
-    pub(crate) fn best(&self) -> Result<Retrieved> {
+    pub fn best(&self) -> Result<Retrieved> {
         let mut best: Option<&Outcome> = None;
         for outcome in self.iter() {
             if best.is_none_or(|b| better(outcome, b)) {
